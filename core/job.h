@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "core/io/decode.h"
+#include "core/io/encode.h"
+#include "core/mesh/input_facts.h"
+#include "core/smooth/smooth.h"
+
+namespace crease {
+
+/// An upload that decoded and passed the checks.
+struct CheckedInput {
+  Mesh mesh;
+  MeshFormat format = MeshFormat::kObj;
+  Topology topology;
+  InputFacts facts;
+  std::vector<Warning> warnings;
+};
+
+struct ResultFacts {
+  std::uint32_t ridge_edges = 0;
+  double ridge_length = 0;        ///< in the upload's units
+  double max_displacement = 0;    ///< in mean edge lengths
+  double rms_displacement = 0;    ///< in mean edge lengths
+  double volume_change = 0;       ///< relative; of the signed volume, 0 when the upload encloses none
+  double seconds = 0;             ///< of smoothing alone
+};
+
+struct JobOutput {
+  LabelledMesh result;
+  ResultFacts facts;
+  std::vector<SweepRecord> sweeps;
+  bool cancelled = false;
+};
+
+/// decode → check. \throw Error mesh_*
+CheckedInput check_input(std::string_view bytes, std::optional<MeshFormat> format, const DecodeLimits& limits = {});
+
+/// smooth → facts: the one path of the service, `--local` and the tests.
+JobOutput run_job(const CheckedInput& input, const SmoothOptions& options, RunContext& context);
+
+}  // namespace crease

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "core/mesh/mesh.h"
+
+namespace crease {
+
+enum class NoiseKind {
+  kGaussian,   ///< isotropic: each coordinate gets N(0, σ²)
+  kNormal,     ///< along the vertex normal, N(0, σ²)
+  kImpulsive,  ///< along the vertex normal, N(0, σ²), on a random half of the vertices
+};
+
+/// \throw Error parameter_invalid for any other name
+NoiseKind noise_kind_from_name(std::string_view name);
+
+/// Moves the vertices by noise of standard deviation `sigma` mean edge lengths. The same seed gives the same bytes.
+Mesh add_noise(const Mesh& mesh, double sigma, std::uint64_t seed, NoiseKind kind);
+
+}  // namespace crease

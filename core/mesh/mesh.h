@@ -1,0 +1,23 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace crease {
+
+using Vec3 = Eigen::Vector3d;
+using Index = std::uint32_t;
+using Triangle = std::array<Index, 3>;
+
+inline constexpr Index kNone = 0xffffffffU;
+
+/// A triangle soup with shared vertices, in the order of the upload. Anything that indices in range can express is
+/// representable: non-manifold edges, duplicate and degenerate faces, isolated vertices.
+struct Mesh {
+  std::vector<Vec3> positions;
+  std::vector<Triangle> triangles;
+};
+
+}  // namespace crease

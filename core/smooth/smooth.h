@@ -1,0 +1,60 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <vector>
+
+#include "core/mesh/mesh.h"
+#include "core/mesh/topology.h"
+#include "core/smooth/options.h"
+
+namespace crease {
+
+/// The terms of E(v, ε), each with its weight.
+struct Energy {
+  double likelihood = 0, smoothness = 0, sharpness = 0, support = 0;
+  double total() const { return likelihood + smoothness + sharpness + support; }
+};
+
+/// What a sweep did.
+struct SweepRecord {
+  std::uint32_t sweep = 0;  ///< from 1
+  Energy energy;            ///< after the sweep, with the final weights α, β, γ, κ so that sweeps can be compared
+  double likelihood_weight = 0;
+  double vertex_temperature = 0, label_temperature = 0;
+  double step_size = 0;     ///< in mean edge lengths
+  double vertex_acceptance = 0, label_acceptance = 0;
+  std::uint32_t ridge_edges = 0;  ///< labels ≥ 0.5
+  double rms_displacement = 0;    ///< in mean edge lengths
+};
+
+/// A view of a run between two sweeps; valid during the call only.
+struct SweepView {
+  const SweepRecord& record;
+  std::uint32_t sweeps = 0;
+  double seconds = 0;
+  const std::vector<Vec3>& positions;
+  const std::vector<double>& labels;
+};
+
+/// How a caller follows and stops a run. `on_sweep` is called after every sweep on the calling thread; when it returns
+/// false, or `cancel` is set from any thread, the run ends before the next sweep and the result says `cancelled`.
+struct RunContext {
+  std::function<bool(const SweepView&)> on_sweep;
+  std::atomic<bool> cancel{false};
+};
+
+struct SmoothResult {
+  std::vector<Vec3> positions;
+  std::vector<double> labels;  ///< per edge of the topology, in [0, 1]; 0 where the edge is not interior
+  std::vector<SweepRecord> sweeps;
+  std::uint64_t vertex_proposals = 0, label_proposals = 0;
+  double seconds = 0;
+  bool cancelled = false;
+};
+
+/// The coupled vertex and edge process of §3.4, annealed by the Metropolis sampler of §3.5. The same mesh, options and
+/// seed give the same bits for any number of threads.
+SmoothResult smooth(const Mesh& measured, const Topology& topology, const SmoothOptions& options, RunContext& context);
+
+}  // namespace crease

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "crease/v1/job.pb.h"
+
+namespace creased {
+
+/// A job as submitted: the upload lies in a file that the store takes over.
+struct NewJob {
+  std::string fingerprint;           ///< becomes the id, unless a job has it: then a suffix is added
+  std::filesystem::path upload;      ///< moved into the store
+  crease::v1::InputFacts input;
+  crease::v1::Parameters parameters; ///< resolved
+  std::vector<crease::v1::Warning> warnings;
+  std::string idempotency_key;       ///< empty: none
+  std::string request_digest;        ///< what an idempotent retry must repeat
+};
+
+/// A worker's right to a job, until the lease runs out.
+struct Claim {
+  std::string job_id;
+  std::string owner;
+  std::uint32_t attempt = 0;
+};
+
+struct JobPage {
+  std::vector<crease::v1::Job> jobs;  ///< newest first
+  std::string next_cursor;            ///< empty: no more
+};
+
+struct JobChange {
+  std::string job_id;
+  std::uint64_t version = 0;
+};
+
+/// Jobs and their files: the only channel between the HTTP side and the workers. Safe to use from many threads and
+/// many processes. Links of a Job are left to the HTTP side.
+class Store {
+ public:
+  virtual ~Store() = default;
+
+  // HTTP side.
+  /// Durable when it returns. With an idempotency key that is known, the job of that key and `created` = false.
+  /// \throw Error idempotency_conflict when the key came with another request, queue_full over the bound of queued jobs
+  virtual crease::v1::Job submit(const NewJob& job, bool& created) = 0;
+  virtual std::optional<crease::v1::Job> find(std::string_view id) = 0;
+  /// \throw Error parameter_invalid for a cursor that this store did not give
+  virtual JobPage list(std::string_view state, std::size_t limit, std::string_view cursor) = 0;
+  /// A queued job is cancelled at once, a running one within a sweep. nullopt: no such job. Ended jobs stay as they are.
+  virtual std::optional<crease::v1::Job> cancel(std::string_view id) = 0;
+  /// Removes the job and every byte of it; a running one is abandoned by its worker. False: no such job.
+  virtual bool remove(std::string_view id) = 0;
+  /// Grows with every change of any job. Jobs changed after `since`, oldest change first; removed jobs are not listed.
+  virtual std::uint64_t last_version() = 0;
+  virtual std::vector<JobChange> changes_since(std::uint64_t since) = 0;
+  /// The version at which a job last changed; 0: no such job.
+  virtual std::uint64_t version_of(std::string_view id) = 0;
+  /// Throws or returns why the store cannot take jobs (disk, permissions); empty: ready.
+  virtual std::string not_ready_reason() = 0;
+  virtual std::size_t queued() = 0;
+
+  // Worker side.
+  /// The oldest queued job, or one whose lease ran out; a job that is out of attempts fails with worker_lost instead.
+  virtual std::optional<Claim> claim(std::string_view owner, std::chrono::milliseconds lease) = 0;
+  enum class Hold { kHeld, kCancelRequested, kLost };
+  /// Whether the job is still this worker's, and whether it is to stop. Cheap.
+  virtual Hold check(const Claim& claim) = 0;
+  virtual Hold renew(const Claim& claim, std::chrono::milliseconds lease) = 0;
+  virtual void publish_progress(const Claim& claim, const crease::v1::Progress& progress) = 0;
+  virtual void succeed(const Claim& claim, const crease::v1::ResultFacts& result,
+                       const std::vector<crease::v1::Warning>& warnings) = 0;
+  virtual void fail(const Claim& claim, const crease::v1::Problem& problem) = 0;
+  virtual void finish_cancelled(const Claim& claim) = 0;
+  /// Back to the queue; the attempt does not count.
+  virtual void put_back(const Claim& claim) = 0;
+
+  // Files. Written whole under another name, then renamed; a reader that has one open keeps it.
+  virtual std::filesystem::path upload_path(std::string_view id) const = 0;
+  virtual std::filesystem::path file_path(std::string_view id, std::string_view name) const = 0;
+  /// A fresh name beside the jobs' files, for uploads on their way in.
+  virtual std::filesystem::path temporary_path() = 0;
+};
+
+/// Files of a job beside its upload.
+namespace file {
+inline constexpr std::string_view kResult = "result.pb";      ///< crease.v1.LabelledMesh
+inline constexpr std::string_view kReport = "report.pb";      ///< crease.v1.Report
+inline constexpr std::string_view kSnapshot = "snapshot.pb";  ///< crease.v1.LabelledMesh of a running job
+}  // namespace file
+
+struct StoreOptions {
+  std::string url = "sqlite";
+  std::filesystem::path data_dir;
+  std::size_t max_queued = 10'000;
+  std::uint32_t max_attempts = 3;
+};
+
+/// Opens or creates a store. \throw Error store_unavailable
+std::unique_ptr<Store> open_store(const StoreOptions& options);
+
+}  // namespace creased

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "crease/v1/job.pb.h"
+
+namespace creased {
+
+/// What an upload turned out to be. `facts` has neither name, bytes nor sha256: those are the receiver's.
+struct Inspection {
+  crease::v1::InputFacts facts;
+  std::vector<crease::v1::Warning> warnings;
+};
+
+/// A few child processes that decode and check uploads, so that untrusted bytes are never parsed where HTTP is
+/// answered and a bad upload is refused before it becomes a job. A child that dies or takes too long is replaced.
+class Inspector {
+ public:
+  struct Options {
+    std::filesystem::path executable;         ///< creased itself, run as `creased inspect`
+    std::size_t processes = 2;
+    std::size_t memory_limit_mb = 4096;       ///< address space of a child
+    std::chrono::milliseconds timeout{60'000};
+    std::size_t max_vertices = 20'000'000, max_faces = 20'000'000;
+  };
+  explicit Inspector(const Options& options);
+  ~Inspector();
+
+  /// Waits for a free child. `format` may be empty: then by `name`'s extension, then from the bytes.
+  /// \throw crease::Error mesh_*, or inspection_failed when the child died or ran out of time or memory on this upload
+  Inspection inspect(const std::filesystem::path& upload, const std::string& format, const std::string& name);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Main loop of such a child: requests on standard input, answers on standard output, until end of file.
+int run_inspector_child(std::size_t max_vertices, std::size_t max_faces);
+
+}  // namespace creased
