@@ -21,11 +21,11 @@ struct CheckedInput {
 
 struct ResultFacts {
   std::uint32_t ridge_edges = 0;
-  double ridge_length = 0;        ///< in the upload's units
-  double max_displacement = 0;    ///< in mean edge lengths
-  double rms_displacement = 0;    ///< in mean edge lengths
-  double volume_change = 0;       ///< relative; of the signed volume, 0 when the upload encloses none
-  double seconds = 0;             ///< of smoothing alone
+  double ridge_length = 0;      ///< in the upload's units
+  double max_displacement = 0;  ///< in mean edge lengths
+  double rms_displacement = 0;  ///< in mean edge lengths
+  double volume_change = 0;     ///< relative; of the signed volume, 0 when the upload encloses none
+  double seconds = 0;           ///< of smoothing alone
 };
 
 struct JobOutput {

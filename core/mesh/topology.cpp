@@ -26,9 +26,8 @@ std::vector<HalfEdge> sorted_half_edges(const Mesh& mesh) {
       }
     }
   }
-  std::sort(half_edges.begin(), half_edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
-    return a.key != b.key ? a.key < b.key : a.place < b.place;
-  });
+  std::sort(half_edges.begin(), half_edges.end(),
+            [](const HalfEdge& a, const HalfEdge& b) { return a.key != b.key ? a.key < b.key : a.place < b.place; });
   return half_edges;
 }
 
@@ -187,7 +186,8 @@ std::vector<double> signed_dihedral_angles(const Mesh& mesh, const Topology& top
     const auto [f0, f1] = topology.edge_faces[e];
     const Edge& edge = topology.edges[e];
     const bool forward = runs_forward(oriented(mesh, topology, f0), edge);
-    const Vec3 along = forward ? Vec3(positions[edge.v1] - positions[edge.v0]) : Vec3(positions[edge.v0] - positions[edge.v1]);
+    const Vec3 along =
+        forward ? Vec3(positions[edge.v1] - positions[edge.v0]) : Vec3(positions[edge.v0] - positions[edge.v1]);
     const Vec3 cross = normals[f0].cross(normals[f1]);
     angles[e] = std::atan2(std::copysign(cross.norm(), cross.dot(along)), normals[f0].dot(normals[f1]));
   }

@@ -35,11 +35,11 @@ struct IndexRows {
 /// the turned faces. Where no turning helps (a Möbius strip), the edge is `twisted` and is treated as a boundary.
 struct Topology {
   std::vector<Edge> edges;
-  std::vector<std::array<Index, 2>> edge_faces;     ///< the first two faces, kNone where there are fewer
-  std::vector<std::uint32_t> edge_face_count;       ///< all faces
+  std::vector<std::array<Index, 2>> edge_faces;  ///< the first two faces, kNone where there are fewer
+  std::vector<std::uint32_t> edge_face_count;    ///< all faces
   std::vector<std::uint8_t> edge_twisted;
-  std::vector<std::array<Index, 3>> face_edges;     ///< edge from corner k to k+1; kNone where the two corners coincide
-  std::vector<std::uint8_t> flipped;                ///< per face
+  std::vector<std::array<Index, 3>> face_edges;  ///< edge from corner k to k+1; kNone where the two corners coincide
+  std::vector<std::uint8_t> flipped;             ///< per face
   IndexRows vertex_faces;
   IndexRows vertex_edges;
 

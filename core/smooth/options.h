@@ -21,19 +21,19 @@ struct SmoothOptions {
   std::uint32_t seed = 1;
   std::uint32_t threads = 0;  ///< 0: as many as the machine has; never changes the result
 
-  double likelihood_weight = 0.1;         ///< α at the end of the annealing
-  double likelihood_weight_start = 3.0;   ///< α at the start
+  double likelihood_weight = 0.1;        ///< α at the end of the annealing
+  double likelihood_weight_start = 3.0;  ///< α at the start
   Smoothness smoothness = Smoothness::kQuadratic;
-  double smoothness_weight = 1.0;         ///< β
+  double smoothness_weight = 1.0;  ///< β
 
-  bool edge_process = true;               ///< false: all labels stay 0, the paper's model without ridges
-  double sharpness_threshold = 0.6;       ///< φ₀
-  double sharpness_weight = 0.5;          ///< γ, per radian
-  double support_weight = 0.5;            ///< κ, relative to γ
+  bool edge_process = true;          ///< false: all labels stay 0, the paper's model without ridges
+  double sharpness_threshold = 0.6;  ///< φ₀
+  double sharpness_weight = 0.5;     ///< γ, per radian
+  double support_weight = 0.5;       ///< κ, relative to γ
 
   double label_temperature_start = 0.3, label_temperature_end = 0.06;
   double vertex_temperature_start = 0.1, vertex_temperature_end = 0.001;
-  double step_size = 0.1;                 ///< half-width of a proposal at the start; adapts to the acceptance rate
+  double step_size = 0.1;  ///< half-width of a proposal at the start; adapts to the acceptance rate
 };
 
 using OptionValue = std::variant<bool, std::uint32_t, double, std::string>;

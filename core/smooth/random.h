@@ -14,8 +14,7 @@ class CounterRandom {
  public:
   using Words = std::array<std::uint32_t, 4>;
 
-  constexpr CounterRandom(std::uint32_t seed, RandomStream stream)
-      : key_{seed, static_cast<std::uint32_t>(stream)} {}
+  constexpr CounterRandom(std::uint32_t seed, RandomStream stream) : key_{seed, static_cast<std::uint32_t>(stream)} {}
 
   /// Words number `draw` of `site` in `sweep`.
   constexpr Words operator()(std::uint32_t sweep, std::uint32_t site, std::uint32_t draw = 0) const {
@@ -28,7 +27,8 @@ class CounterRandom {
       const std::uint64_t product0 = std::uint64_t{0xD2511F53} * counter[0];
       const std::uint64_t product1 = std::uint64_t{0xCD9E8D57} * counter[2];
       counter = {static_cast<std::uint32_t>(product1 >> 32) ^ counter[1] ^ key[0], static_cast<std::uint32_t>(product1),
-                 static_cast<std::uint32_t>(product0 >> 32) ^ counter[3] ^ key[1], static_cast<std::uint32_t>(product0)};
+                 static_cast<std::uint32_t>(product0 >> 32) ^ counter[3] ^ key[1],
+                 static_cast<std::uint32_t>(product0)};
       key[0] += 0x9E3779B9U;
       key[1] += 0xBB67AE85U;
     }

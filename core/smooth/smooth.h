@@ -22,7 +22,7 @@ struct SweepRecord {
   Energy energy;            ///< after the sweep, with the final weights α, β, γ, κ so that sweeps can be compared
   double likelihood_weight = 0;
   double vertex_temperature = 0, label_temperature = 0;
-  double step_size = 0;     ///< in mean edge lengths
+  double step_size = 0;  ///< in mean edge lengths
   double vertex_acceptance = 0, label_acceptance = 0;
   std::uint32_t ridge_edges = 0;  ///< labels ≥ 0.5
   double rms_displacement = 0;    ///< in mean edge lengths
@@ -33,8 +33,8 @@ struct SweepView {
   const SweepRecord& record;
   std::uint32_t sweeps = 0;
   double seconds = 0;
-  const std::vector<Vec3>& positions;
   const std::vector<double>& labels;
+  std::function<std::vector<Vec3>()> positions;  ///< in the units of the upload, made when called
 };
 
 /// How a caller follows and stops a run. `on_sweep` is called after every sweep on the calling thread; when it returns

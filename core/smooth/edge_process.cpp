@@ -1,0 +1,43 @@
+#include "core/smooth/edge_process.h"
+
+namespace crease {
+
+EdgeProcess::EdgeProcess(Field& field, const EdgeTerms& terms, const EnergyModel& model)
+    : field_(field),
+      terms_(terms),
+      model_(model),
+      directions_(edge_directions(field)),
+      sums_(label_sums(field, directions_)) {}
+
+double EdgeProcess::slope(Index edge) const {
+  const auto [v0, v1] = field_.topology.edges[edge];
+  const Vec3& along = directions_[edge];
+  const Vec3 own = field_.labels[edge] * along;
+  const double support = along.dot(sums_[v1] + own) - along.dot(sums_[v0] - own);
+  return -model_.smoothness_weight * terms_.potential[edge] +
+         model_.sharpness_weight * (model_.sharpness_threshold - terms_.angle[edge] - model_.support_weight * support);
+}
+
+void EdgeProcess::set_label(Index edge, double label) {
+  const auto [v0, v1] = field_.topology.edges[edge];
+  const Vec3 change = (label - field_.labels[edge]) * directions_[edge];
+  sums_[v0] += change;
+  sums_[v1] -= change;
+  field_.labels[edge] = label;
+}
+
+bool EdgeProcess::visit(Index edge, const CounterRandom& random, std::uint32_t sweep_index, double temperature) {
+  const CounterRandom::Words words = random(sweep_index, edge);
+  const double label = CounterRandom::unit(words[0]);
+  if (!metropolis_accepts(delta_energy(edge, label), temperature, words[1])) return false;
+  set_label(edge, label);
+  return true;
+}
+
+ProposalCount EdgeProcess::sweep(const Coloring& coloring, const CounterRandom& random, std::uint32_t sweep_index,
+                                 double temperature, ThreadTeam& team) {
+  return metropolis_sweep(coloring, team,
+                          [&](Index edge, std::size_t) { return visit(edge, random, sweep_index, temperature); });
+}
+
+}  // namespace crease

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <vector>
+
+#include "core/smooth/coloring.h"
+#include "core/smooth/field.h"
+#include "core/smooth/metropolis.h"
+#include "core/smooth/random.h"
+
+namespace crease {
+
+/// The edge process (§3.3) while the positions stand still: E is linear in every single label.
+class EdgeProcess {
+ public:
+  /// `terms` must be of the field's present normals. The field and the terms must outlive the process.
+  EdgeProcess(Field& field, const EdgeTerms& terms, const EnergyModel& model);
+
+  /// E with `label` on `edge` minus E now. Interior edges only.
+  double delta_energy(Index edge, double label) const { return slope(edge) * (label - field_.labels[edge]); }
+  /// ∂E/∂ε of an edge.
+  double slope(Index edge) const;
+  void set_label(Index edge, double label);
+
+  /// One Metropolis pass over all interior edges: a new label uniform in [0, 1], kept with probability
+  /// min(1, exp(−ΔE/T)).
+  ProposalCount sweep(const Coloring& coloring, const CounterRandom& random, std::uint32_t sweep_index,
+                      double temperature, ThreadTeam& team);
+
+ private:
+  bool visit(Index edge, const CounterRandom& random, std::uint32_t sweep_index, double temperature);
+
+  Field& field_;
+  const EdgeTerms& terms_;
+  EnergyModel model_;
+  std::vector<Vec3> directions_;
+  std::vector<Vec3> sums_;
+};
+
+}  // namespace crease

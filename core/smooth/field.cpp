@@ -1,0 +1,157 @@
+#include "core/smooth/field.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <numbers>
+
+namespace crease {
+namespace {
+
+constexpr std::size_t kBlock = 4096;
+
+/// Angle of a rotation by its cosine: sqrt(1 − x) times a polynomial, within 2·10⁻⁸ rad [Abramowitz & Stegun 4.4.46].
+double angle_of_cosine(double cosine) {
+  const double x = std::min(std::abs(cosine), 1.0);
+  double p = -0.0012624911;
+  for (const double coefficient :
+       {0.0066700901, -0.0170881256, 0.0308918810, -0.0501743046, 0.0889789874, -0.2145988016, 1.5707963050}) {
+    p = p * x + coefficient;
+  }
+  const double angle = std::sqrt(1 - x) * p;
+  return cosine < 0 ? std::numbers::pi - angle : angle;
+}
+
+/// Sums `term(i)` over [0, count) block by block, so that the order of additions does not depend on the threads.
+template <typename Value, typename Term>
+Value block_sum(std::size_t count, ThreadTeam& team, Term term) {
+  std::vector<Value> sums((count + kBlock - 1) / kBlock, Value{});
+  team.run(sums.size(), 1, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t block = begin; block < end; ++block) {
+      Value sum{};
+      for (std::size_t i = block * kBlock; i < std::min(count, (block + 1) * kBlock); ++i) sum += term(i);
+      sums[block] = sum;
+    }
+  });
+  Value total{};
+  for (const Value& sum : sums) total += sum;
+  return total;
+}
+
+struct EdgeSums {
+  double smoothness = 0, sharpness = 0;
+  EdgeSums& operator+=(const EdgeSums& other) {
+    smoothness += other.smoothness;
+    sharpness += other.sharpness;
+    return *this;
+  }
+};
+
+}  // namespace
+
+EnergyModel EnergyModel::final_of(const SmoothOptions& options) {
+  return {options.likelihood_weight,   options.smoothness_weight, options.sharpness_weight,
+          options.sharpness_threshold, options.support_weight,    options.smoothness};
+}
+
+Field::Field(const Mesh& mesh, const Topology& mesh_topology) : topology(mesh_topology) {
+  unit = mean_edge_length(mesh.positions, topology.edges);
+  origin = mesh.positions[mesh.triangles.front()[0]];
+  faces.resize(mesh.triangles.size());
+  for (std::size_t f = 0; f < faces.size(); ++f) faces[f] = oriented(mesh, topology, f);
+  measured.reserve(mesh.positions.size());
+  for (const Vec3& position : mesh.positions) measured.push_back((position - origin) / unit);
+  positions = measured;
+  labels.assign(topology.edges.size(), 0);
+  normals.resize(faces.size());
+  for (std::size_t f = 0; f < faces.size(); ++f) normals[f] = face_normal(f);
+}
+
+Vec3 Field::face_normal(std::size_t face) const {
+  const auto [a, b, c] = faces[face];
+  const Vec3 cross = (positions[b] - positions[a]).cross(positions[c] - positions[a]);
+  const double length = std::sqrt(cross.squaredNorm());
+  return length > 0 ? Vec3(cross / length) : Vec3::Zero();
+}
+
+void Field::update_normals(ThreadTeam& team) {
+  team.run(faces.size(), kBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t f = begin; f < end; ++f) normals[f] = face_normal(f);
+  });
+}
+
+std::vector<Vec3> Field::upload_positions(const Mesh& mesh) const {
+  std::vector<Vec3> result(mesh.positions);
+  for (std::size_t v = 0; v < result.size(); ++v) {
+    if (positions[v] != measured[v]) result[v] = positions[v] * unit + origin;
+  }
+  return result;
+}
+
+void EdgeTerms::update(const Field& field, Smoothness smoothness, ThreadTeam& team) {
+  const std::size_t count = field.topology.edges.size();
+  potential.resize(count);
+  angle.resize(count);
+  team.run(count, kBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t e = begin; e < end; ++e) {
+      potential[e] = angle[e] = 0;
+      if (!field.topology.is_interior(e)) continue;
+      const auto [f0, f1] = field.topology.edge_faces[e];
+      const Vec3& n0 = field.normals[f0];
+      const Vec3& n1 = field.normals[f1];
+      potential[e] = smoothness_potential(smoothness, (n0 - n1).squaredNorm());
+      if (!n0.isZero(0) && !n1.isZero(0)) angle[e] = angle_of_cosine(n0.dot(n1));
+    }
+  });
+}
+
+std::vector<Vec3> edge_directions(const Field& field) {
+  std::vector<Vec3> directions(field.topology.edges.size());
+  for (std::size_t e = 0; e < directions.size(); ++e) {
+    const auto [v0, v1] = field.topology.edges[e];
+    directions[e] = (field.positions[v1] - field.positions[v0]).stableNormalized();
+  }
+  return directions;
+}
+
+std::vector<Vec3> label_sums(const Field& field, const std::vector<Vec3>& directions) {
+  std::vector<Vec3> sums(field.positions.size(), Vec3::Zero());
+  for (std::size_t e = 0; e < directions.size(); ++e) {
+    sums[field.topology.edges[e].v0] += field.labels[e] * directions[e];
+    sums[field.topology.edges[e].v1] -= field.labels[e] * directions[e];
+  }
+  return sums;
+}
+
+Energy energy(const Field& field, const EdgeTerms& terms, const EnergyModel& model, ThreadTeam& team) {
+  const Topology& topology = field.topology;
+  Energy result;
+  result.likelihood = model.likelihood_weight * block_sum<double>(field.positions.size(), team, [&](std::size_t v) {
+                        return (field.positions[v] - field.measured[v]).squaredNorm();
+                      });
+  const auto sums = block_sum<EdgeSums>(topology.edges.size(), team, [&](std::size_t e) {
+    const double label = field.labels[e];
+    return EdgeSums{(1 - label) * terms.potential[e], (model.sharpness_threshold - terms.angle[e]) * label};
+  });
+  result.smoothness = model.smoothness_weight * sums.smoothness;
+  result.sharpness = model.sharpness_weight * sums.sharpness;
+
+  // Σ over pairs at a vertex of u·u' ε ε' is half of |Σ u ε|² − Σ ε²|u|².
+  const std::vector<Vec3> directions = edge_directions(field);
+  const std::vector<Vec3> at_vertex = label_sums(field, directions);
+  const double squares =
+      block_sum<double>(at_vertex.size(), team, [&](std::size_t v) { return at_vertex[v].squaredNorm(); }) -
+      2 * block_sum<double>(directions.size(), team, [&](std::size_t e) {
+        return field.labels[e] * field.labels[e] * directions[e].squaredNorm();
+      });
+  result.support = model.sharpness_weight * model.support_weight * squares / 2;
+  return result;
+}
+
+Energy energy(const Field& field, const EnergyModel& model) {
+  ThreadTeam alone(1);
+  EdgeTerms terms;
+  terms.update(field, model.smoothness, alone);
+  return energy(field, terms, model, alone);
+}
+
+}  // namespace crease

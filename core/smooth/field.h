@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "core/mesh/mesh.h"
+#include "core/mesh/topology.h"
+#include "core/smooth/options.h"
+#include "core/smooth/smooth.h"
+#include "core/smooth/thread_team.h"
+
+namespace crease {
+
+/// Weights of the terms of E(v, ε) and the shape of the smoothness potential at one moment of the annealing.
+struct EnergyModel {
+  double likelihood_weight = 0;    ///< α, per squared mean edge length
+  double smoothness_weight = 0;    ///< β
+  double sharpness_weight = 0;     ///< γ, per radian
+  double sharpness_threshold = 0;  ///< φ₀, radians
+  double support_weight = 0;       ///< κ, relative to γ
+  Smoothness smoothness = Smoothness::kQuadratic;
+
+  /// The model at the end of the annealing.
+  static EnergyModel final_of(const SmoothOptions& options);
+};
+
+/// ρ of two normals that differ by `squared_difference` = ‖n_i − n_j‖² (§3.2).
+inline double smoothness_potential(Smoothness smoothness, double squared_difference) {
+  return smoothness == Smoothness::kQuadratic ? squared_difference : std::sqrt(std::max(squared_difference, 0.0));
+}
+
+/// The sites and labels of the coupled Markov random field, in units of the mean edge length of the measured mesh and
+/// relative to its first vertex that has a face. Faces are wound as the topology turns them.
+struct Field {
+  Field(const Mesh& mesh, const Topology& mesh_topology);
+
+  const Topology& topology;
+  double unit = 1;  ///< mean edge length of the measured mesh
+  Vec3 origin = Vec3::Zero();
+  std::vector<Triangle> faces;
+  std::vector<Vec3> measured;   ///< v⁰
+  std::vector<Vec3> positions;  ///< v
+  std::vector<Vec3> normals;    ///< unit, per face; zero for a face without area
+  std::vector<double> labels;   ///< ε, per edge; 0 where the edge is not interior
+
+  Vec3 face_normal(std::size_t face) const;
+  void update_normals(ThreadTeam& team);
+  /// Positions in the units of the upload; vertices that did not move come back exactly.
+  std::vector<Vec3> upload_positions(const Mesh& mesh) const;
+};
+
+/// What the terms of the energy need of every edge, for the present normals.
+struct EdgeTerms {
+  std::vector<double> potential;  ///< ρ(n_i − n_j), 0 where the edge is not interior
+  std::vector<double> angle;      ///< unsigned dihedral angle φ in radians; 0 at faces without area
+
+  void update(const Field& field, Smoothness smoothness, ThreadTeam& team);
+};
+
+/// Unit vectors along the edges from their first vertex to the second, zero for edges without length.
+std::vector<Vec3> edge_directions(const Field& field);
+
+/// For every vertex Σ ε_e u_e over its edges, u_e pointing away from it. The support of edge e at that vertex by all
+/// the others is −u_e · (sum − ε_e u_e): cos θ of a walk through the vertex is minus the cosine between outward
+/// directions.
+std::vector<Vec3> label_sums(const Field& field, const std::vector<Vec3>& directions);
+
+/// E(v, ε) term by term (§3.4). The same value for any number of threads.
+Energy energy(const Field& field, const EdgeTerms& terms, const EnergyModel& model, ThreadTeam& team);
+Energy energy(const Field& field, const EnergyModel& model);
+
+}  // namespace crease

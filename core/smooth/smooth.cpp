@@ -1,0 +1,125 @@
+#include "core/smooth/smooth.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/smooth/coloring.h"
+#include "core/smooth/edge_process.h"
+#include "core/smooth/field.h"
+#include "core/smooth/vertex_process.h"
+
+namespace crease {
+namespace {
+
+/// Acceptance rate that the step size is steered to [Roberts et al. 1997 give 0.44 for one dimension, 0.23 for many].
+constexpr double kTargetAcceptance = 0.4;
+constexpr double kStepChange = 1.05;
+constexpr double kSmallestStep = 1e-5, kLargestStep = 1.0;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// From `start` to `end` as `time` goes from 0 to 1, geometrically; linearly where an end is zero.
+double scheduled(double start, double end, double time) {
+  return start > 0 && end > 0 ? start * std::pow(end / start, time) : start + (end - start) * time;
+}
+
+/// The annealing: all state between two sweeps.
+class Annealing {
+ public:
+  Annealing(const Mesh& mesh, const Topology& topology, const SmoothOptions& options)
+      : options_(options),
+        team_(options.threads),
+        field_(mesh, topology),
+        final_model_(EnergyModel::final_of(options)),
+        vertex_coloring_(color_vertices(mesh, topology)),
+        edge_coloring_(color_edges(topology)),
+        vertex_process_(field_, team_.size()),
+        step_(options.step_size) {
+    terms_.update(field_, options.smoothness, team_);
+  }
+
+  const Field& field() const { return field_; }
+
+  SweepRecord sweep(std::uint32_t index) {
+    const double time = options_.sweeps > 1 ? static_cast<double>(index - 1) / (options_.sweeps - 1) : 1.0;
+    EnergyModel model = final_model_;
+    model.likelihood_weight = scheduled(options_.likelihood_weight_start, options_.likelihood_weight, time);
+    SweepRecord record;
+    record.sweep = index;
+    record.likelihood_weight = model.likelihood_weight;
+    record.label_temperature = scheduled(options_.label_temperature_start, options_.label_temperature_end, time);
+    record.vertex_temperature = scheduled(options_.vertex_temperature_start, options_.vertex_temperature_end, time);
+    record.step_size = step_;
+    if (options_.edge_process) {
+      EdgeProcess edges(field_, terms_, model);
+      record.label_acceptance =
+          edges.sweep(edge_coloring_, edge_random_, index, record.label_temperature, team_).acceptance();
+    }
+    record.vertex_acceptance =
+        vertex_process_.sweep(model, vertex_coloring_, vertex_random_, index, record.vertex_temperature, step_, team_)
+            .acceptance();
+    adapt_step(record.vertex_acceptance);
+    terms_.update(field_, options_.smoothness, team_);
+    measure(record);
+    return record;
+  }
+
+  std::uint64_t vertex_sites() const { return vertex_coloring_.sites.size(); }
+  std::uint64_t edge_sites() const { return options_.edge_process ? edge_coloring_.sites.size() : 0; }
+
+ private:
+  void adapt_step(double acceptance) {
+    const double wanted = acceptance > kTargetAcceptance ? step_ * kStepChange : step_ / kStepChange;
+    step_ = std::clamp(wanted, kSmallestStep, kLargestStep);
+  }
+
+  void measure(SweepRecord& record) {
+    record.energy = energy(field_, terms_, final_model_, team_);
+    record.ridge_edges =
+        static_cast<std::uint32_t>(std::ranges::count_if(field_.labels, [](double label) { return label >= 0.5; }));
+    double squares = 0;
+    for (std::size_t v = 0; v < field_.positions.size(); ++v) {
+      squares += (field_.positions[v] - field_.measured[v]).squaredNorm();
+    }
+    record.rms_displacement = std::sqrt(squares / static_cast<double>(field_.positions.size()));
+  }
+
+  const SmoothOptions& options_;
+  ThreadTeam team_;
+  Field field_;
+  EdgeTerms terms_;
+  EnergyModel final_model_;
+  Coloring vertex_coloring_, edge_coloring_;
+  VertexProcess vertex_process_;
+  CounterRandom vertex_random_{options_.seed, RandomStream::kVertexProcess};
+  CounterRandom edge_random_{options_.seed, RandomStream::kEdgeProcess};
+  double step_;
+};
+
+}  // namespace
+
+SmoothResult smooth(const Mesh& measured, const Topology& topology, const SmoothOptions& options, RunContext& context) {
+  const auto start = std::chrono::steady_clock::now();
+  SmoothResult result;
+  Annealing annealing(measured, topology, options);
+  for (std::uint32_t index = 1; index <= options.sweeps && !result.cancelled; ++index) {
+    result.sweeps.push_back(annealing.sweep(index));
+    result.vertex_proposals += annealing.vertex_sites();
+    result.label_proposals += annealing.edge_sites();
+    if (context.on_sweep) {
+      const SweepView view{result.sweeps.back(), options.sweeps, seconds_since(start), annealing.field().labels,
+                           [&] { return annealing.field().upload_positions(measured); }};
+      result.cancelled = !context.on_sweep(view);
+    }
+    result.cancelled = result.cancelled || context.cancel.load();
+  }
+  result.positions = annealing.field().upload_positions(measured);
+  result.labels = annealing.field().labels;
+  result.seconds = seconds_since(start);
+  return result;
+}
+
+}  // namespace crease
