@@ -15,13 +15,13 @@ namespace creased {
 
 /// A job as submitted: the upload lies in a file that the store takes over.
 struct NewJob {
-  std::string fingerprint;           ///< becomes the id, unless a job has it: then a suffix is added
-  std::filesystem::path upload;      ///< moved into the store
+  std::string fingerprint;       ///< becomes the id, unless a job has it: then a suffix is added
+  std::filesystem::path upload;  ///< at a temporary_path(); gone from there after submit(), whatever comes of it
   crease::v1::InputFacts input;
-  crease::v1::Parameters parameters; ///< resolved
+  crease::v1::Parameters parameters;  ///< resolved
   std::vector<crease::v1::Warning> warnings;
-  std::string idempotency_key;       ///< empty: none
-  std::string request_digest;        ///< what an idempotent retry must repeat
+  std::string idempotency_key;  ///< empty: none
+  std::string request_digest;   ///< what an idempotent retry must repeat
 };
 
 /// A worker's right to a job, until the lease runs out.
@@ -54,7 +54,8 @@ class Store {
   virtual std::optional<crease::v1::Job> find(std::string_view id) = 0;
   /// \throw Error parameter_invalid for a cursor that this store did not give
   virtual JobPage list(std::string_view state, std::size_t limit, std::string_view cursor) = 0;
-  /// A queued job is cancelled at once, a running one within a sweep. nullopt: no such job. Ended jobs stay as they are.
+  /// A queued job is cancelled at once, a running one within a sweep. nullopt: no such job. Ended jobs stay as they
+  /// are.
   virtual std::optional<crease::v1::Job> cancel(std::string_view id) = 0;
   /// Removes the job and every byte of it; a running one is abandoned by its worker. False: no such job.
   virtual bool remove(std::string_view id) = 0;
@@ -75,14 +76,17 @@ class Store {
   virtual Hold check(const Claim& claim) = 0;
   virtual Hold renew(const Claim& claim, std::chrono::milliseconds lease) = 0;
   virtual void publish_progress(const Claim& claim, const crease::v1::Progress& progress) = 0;
-  virtual void succeed(const Claim& claim, const crease::v1::ResultFacts& result,
+  // The four ends of a claim. False: the job was no longer this worker's, and nothing has changed.
+  /// A job that is complete succeeds even if it was to be cancelled. `warnings` are added to those of submission.
+  virtual bool succeed(const Claim& claim, const crease::v1::ResultFacts& result,
                        const std::vector<crease::v1::Warning>& warnings) = 0;
-  virtual void fail(const Claim& claim, const crease::v1::Problem& problem) = 0;
-  virtual void finish_cancelled(const Claim& claim) = 0;
-  /// Back to the queue; the attempt does not count.
-  virtual void put_back(const Claim& claim) = 0;
+  virtual bool fail(const Claim& claim, const crease::v1::Problem& problem) = 0;
+  virtual bool finish_cancelled(const Claim& claim) = 0;
+  /// Back to the queue; the attempt does not count. A job that was to be cancelled is cancelled instead.
+  virtual bool put_back(const Claim& claim) = 0;
 
   // Files. Written whole under another name, then renamed; a reader that has one open keeps it.
+  // \throw Error job_not_found for what cannot be the id of a job
   virtual std::filesystem::path upload_path(std::string_view id) const = 0;
   virtual std::filesystem::path file_path(std::string_view id, std::string_view name) const = 0;
   /// A fresh name beside the jobs' files, for uploads on their way in.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <chrono>
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -20,9 +22,9 @@ struct Inspection {
 class Inspector {
  public:
   struct Options {
-    std::filesystem::path executable;         ///< creased itself, run as `creased inspect`
+    std::filesystem::path executable;  ///< creased itself, run as `creased inspect --max-vertices N --max-faces N`
     std::size_t processes = 2;
-    std::size_t memory_limit_mb = 4096;       ///< address space of a child
+    std::size_t memory_limit_mb = 4096;  ///< address space of a child
     std::chrono::milliseconds timeout{60'000};
     std::size_t max_vertices = 20'000'000, max_faces = 20'000'000;
   };
@@ -32,6 +34,9 @@ class Inspector {
   /// Waits for a free child. `format` may be empty: then by `name`'s extension, then from the bytes.
   /// \throw crease::Error mesh_*, or inspection_failed when the child died or ran out of time or memory on this upload
   Inspection inspect(const std::filesystem::path& upload, const std::string& format, const std::string& name);
+
+  /// Of the children alive now.
+  std::vector<int> process_ids() const;
 
  private:
   class Impl;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -15,12 +16,17 @@ class Supervisor {
     std::filesystem::path executable;    ///< creased itself
     std::vector<std::string> arguments;  ///< "worker", "--data-dir", …
     std::size_t processes = 1;
+    std::size_t memory_limit_mb = 0;  ///< address space of a worker; 0: no limit
   };
+  /// \throw crease::Error internal when the executable cannot be started
   explicit Supervisor(const Options& options);
   ~Supervisor();
 
   /// SIGTERM to all; waits, then SIGKILL to those that are left after `grace_seconds`.
   void stop(double grace_seconds);
+
+  /// Of the workers alive now.
+  std::vector<int> process_ids() const;
 
  private:
   class Impl;
