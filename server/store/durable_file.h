@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+namespace creased {
+
+/// A file descriptor that closes itself.
+class Descriptor {
+ public:
+  Descriptor() = default;
+  explicit Descriptor(int number) : number_(number) {}
+  ~Descriptor() { close(); }
+  Descriptor(Descriptor&& other) noexcept : number_(other.release()) {}
+  Descriptor& operator=(Descriptor&& other) noexcept;
+
+  int get() const { return number_; }
+  bool open() const { return number_ >= 0; }
+  int release();
+  void close();
+
+ private:
+  int number_ = -1;
+};
+
+/// Brings the content of a file, or the names in a folder, to the disk. \throw Error store_unavailable
+void sync_path(const std::filesystem::path& path);
+
+/// A file that appears under its name whole or not at all: written beside it as NAME.SUFFIX, then renamed. Its folder
+/// must exist and is never created.
+class ReplacingFile {
+ public:
+  /// \throw Error store_unavailable
+  ReplacingFile(std::filesystem::path path, std::string_view suffix);
+  ~ReplacingFile();
+  ReplacingFile(const ReplacingFile&) = delete;
+  ReplacingFile& operator=(const ReplacingFile&) = delete;
+
+  int descriptor() const { return descriptor_.get(); }
+  /// Renames; when `durable`, only after the content is on the disk, and returns after the name is, too.
+  /// \throw Error store_unavailable
+  void commit(bool durable);
+
+ private:
+  std::filesystem::path path_, partial_;
+  Descriptor descriptor_;
+  bool committed_ = false;
+};
+
+}  // namespace creased

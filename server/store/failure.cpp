@@ -1,0 +1,17 @@
+#include "server/store/failure.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <system_error>
+
+namespace creased {
+
+std::string errno_text(int number) { return std::generic_category().message(number); }
+
+crease::Error file_failure(std::string_view action, const std::filesystem::path& path) {
+  const int number = errno;
+  return {code::kStoreUnavailable, fmt::format("cannot {} {}: {}", action, path.string(), errno_text(number))};
+}
+
+}  // namespace creased

@@ -1,0 +1,132 @@
+#include "server/store/job_files.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <random>
+#include <system_error>
+
+#include "server/store/durable_file.h"
+#include "server/store/failure.h"
+
+namespace creased {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr mode_t kPrivate = 0700;
+constexpr std::size_t kLongestId = 64;
+
+void make_folder(const fs::path& path) {
+  if (::mkdir(path.c_str(), kPrivate) != 0 && errno != EEXIST) throw file_failure("create", path);
+  if (!fs::is_directory(path)) {
+    errno = ENOTDIR;
+    throw file_failure("use", path);
+  }
+}
+
+void make_folders(const fs::path& path) {
+  fs::path whole;
+  for (const auto& part : path) {
+    whole /= part;
+    if (std::error_code ignored; !fs::is_directory(whole, ignored)) make_folder(whole);
+  }
+}
+
+bool valid_name(std::string_view name) {
+  return !name.empty() && name.front() != '.' && std::ranges::all_of(name, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '_';
+  });
+}
+
+bool untouched_for(const fs::path& path, std::chrono::seconds age) {
+  std::error_code failed;
+  const auto touched = fs::last_write_time(path, failed);
+  return !failed && fs::file_time_type::clock::now() - touched > age;
+}
+
+}  // namespace
+
+JobFiles::JobFiles(const fs::path& data_dir) : jobs_(data_dir / "jobs"), incoming_(data_dir / "incoming") {
+  make_folders(fs::absolute(data_dir));
+  make_folder(jobs_);
+  make_folder(incoming_);
+}
+
+bool JobFiles::valid_id(std::string_view id) {
+  return !id.empty() && id.size() <= kLongestId &&
+         std::ranges::all_of(id, [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || c == '-'; });
+}
+
+fs::path JobFiles::folder(std::string_view id) const {
+  if (!valid_id(id)) throw crease::Error(code::kJobNotFound, "not the id of a job");
+  return jobs_ / id;
+}
+
+fs::path JobFiles::path(std::string_view id, std::string_view name) const {
+  if (!valid_name(name)) throw crease::Error(code::kJobNotFound, "not the name of a file of a job");
+  return folder(id) / name;
+}
+
+fs::path JobFiles::temporary_path() const {
+  std::random_device random;
+  std::array<std::uint32_t, 3> words{};
+  std::ranges::generate(words, std::ref(random));
+  return incoming_ / fmt::format("{:08x}", fmt::join(words, ""));
+}
+
+bool JobFiles::reserve(std::string_view id) const {
+  const fs::path path = folder(id);
+  if (::mkdir(path.c_str(), kPrivate) == 0) return true;
+  if (errno == EEXIST) return false;
+  throw file_failure("create", path);
+}
+
+void JobFiles::adopt(std::string_view id, const fs::path& upload) const {
+  sync_path(upload);
+  const fs::path target = path(id, "upload");
+  if (::rename(upload.c_str(), target.c_str()) != 0) throw file_failure("take over", upload);
+  sync_path(target.parent_path());
+  sync_path(jobs_);
+}
+
+void JobFiles::discard(std::string_view id) const {
+  const fs::path source = folder(id), target = temporary_path();
+  if (::rename(source.c_str(), target.c_str()) != 0) {
+    if (errno == ENOENT) return;
+    throw file_failure("remove", source);
+  }
+  std::error_code failed;
+  fs::remove_all(target, failed);
+  if (failed) {
+    errno = failed.value();
+    throw file_failure("remove", target);
+  }
+}
+
+void JobFiles::probe() const {
+  const fs::path path = temporary_path();
+  ReplacingFile file(path, "probe");
+  const std::array<char, 4096> block{};
+  if (::write(file.descriptor(), block.data(), block.size()) != static_cast<ssize_t>(block.size())) {
+    throw file_failure("write", path);
+  }
+  if (::fsync(file.descriptor()) != 0) throw file_failure("sync", path);
+}
+
+void JobFiles::clean_leftovers(const std::unordered_set<std::string>& known_ids, std::chrono::seconds age) const {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(incoming_)) {
+    if (untouched_for(entry.path(), age)) fs::remove_all(entry.path(), ignored);
+  }
+  for (const auto& entry : fs::directory_iterator(jobs_)) {
+    const std::string id = entry.path().filename();
+    if (valid_id(id) && !known_ids.contains(id) && untouched_for(entry.path(), age)) discard(id);
+  }
+}
+
+}  // namespace creased

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "crease/v1/job.pb.h"
+#include "server/store/sqlite_connection.h"
+
+namespace creased {
+
+/// Milliseconds since 1970.
+std::int64_t now_ms();
+
+/// RFC 3339 in UTC with milliseconds, of milliseconds since 1970.
+std::string timestamp(std::int64_t ms);
+
+/// "SELECT … FROM jobs " and `rest`, with the columns that `read_job` wants.
+std::string select_jobs(std::string_view rest);
+
+/// The job of a row of `select_jobs`. \throw Error store_unavailable when the row is damaged
+crease::v1::Job read_job(const Query& row);
+/// The place of that job in the order of submission.
+std::int64_t job_seq(const Query& row);
+
+/// Warnings as the database keeps them.
+std::string warnings_bytes(const google::protobuf::RepeatedPtrField<crease::v1::Warning>& warnings);
+
+/// Every transaction that changes a job counts first.
+void count_change(Connection& connection);
+
+[[noreturn]] void throw_store_unavailable(const SQLite::Exception& exception);
+
+/// Runs `work`; what SQLite refuses becomes Error store_unavailable.
+template <class Work>
+auto with_store_errors(Work&& work) -> decltype(work()) {
+  try {
+    return work();
+  } catch (const SQLite::Exception& exception) {
+    throw_store_unavailable(exception);
+  }
+}
+
+}  // namespace creased
