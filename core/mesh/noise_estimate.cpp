@@ -1,0 +1,134 @@
+#include "core/mesh/noise_estimate.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace crease {
+namespace {
+
+constexpr std::size_t kMaxSamples = 20'000;
+constexpr std::size_t kMaxNeighbours = 60;
+constexpr Eigen::Index kMinFreedom = 4;
+constexpr double kOutlierDeviations = 2.5;
+constexpr int kMaxRounds = 100;
+
+struct Fit {
+  double variance = 0;       ///< of the noise, in squared units of length
+  double freedom = 0;        ///< degrees of freedom of `variance`
+  double planar_length = 0;  ///< mean length of the vertex's edges within the plane
+};
+
+/// The vertices up to two edges away, the vertex itself first.
+std::vector<Index> two_ring(const Topology& topology, Index vertex) {
+  std::vector<Index> ring = {vertex};
+  const auto add_neighbours = [&](Index of) {
+    for (const Index edge : topology.vertex_edges[of]) {
+      const auto [v0, v1] = topology.edges[edge];
+      const Index other = v0 == of ? v1 : v0;
+      if (ring.size() <= kMaxNeighbours && std::find(ring.begin(), ring.end(), other) == ring.end()) {
+        ring.push_back(other);
+      }
+    }
+  };
+  add_neighbours(vertex);
+  const std::size_t first_ring_end = ring.size();
+  for (std::size_t i = 1; i < first_ring_end; ++i) add_neighbours(ring[i]);
+  return ring;
+}
+
+/// Sum of the area vectors of the faces at the vertex and its neighbours. It depends on the border of the patch only,
+/// so that noise hardly turns it.
+Vec3 vector_area(const Mesh& mesh, const Topology& topology, Index vertex) {
+  Vec3 sum = Vec3::Zero();
+  const auto add_faces = [&](Index of) {
+    for (const Index face : topology.vertex_faces[of]) {
+      const auto [a, b, c] = oriented(mesh, topology, face);
+      sum += (mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[c] - mesh.positions[a]);
+    }
+  };
+  add_faces(vertex);
+  for (const Index edge : topology.vertex_edges[vertex]) {
+    const auto [v0, v1] = topology.edges[edge];
+    add_faces(v0 == vertex ? v1 : v0);
+  }
+  return sum;
+}
+
+/// Lengths come out in units of `length_unit`, which keeps the powers in the quadric near one.
+std::optional<Fit> fit_quadric(const Mesh& mesh, const Topology& topology, Index vertex, double length_unit) {
+  const std::vector<Index> ring = two_ring(topology, vertex);
+  const auto count = static_cast<Eigen::Index>(ring.size());
+  if (count < 6 + kMinFreedom) return std::nullopt;
+  const Vec3 normal = vector_area(mesh, topology, vertex).stableNormalized();
+  if (normal.isZero(0)) return std::nullopt;
+  const Vec3 right = normal.unitOrthogonal(), up = normal.cross(right);
+
+  Eigen::MatrixXd terms(count, 6);
+  Eigen::VectorXd heights(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Vec3 offset = (mesh.positions[ring[static_cast<std::size_t>(i)]] - mesh.positions[vertex]) / length_unit;
+    const double x = offset.dot(right), y = offset.dot(up);
+    terms.row(i) << 1, x, y, x * x, x * y, y * y;
+    heights[i] = offset.dot(normal);
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factors(terms);
+  const Eigen::Index freedom = count - factors.rank();
+  const double squares = (heights - terms * factors.solve(heights)).squaredNorm();
+
+  Fit fit{squares / static_cast<double>(freedom), static_cast<double>(freedom), 0};
+  const auto degree = static_cast<Eigen::Index>(topology.vertex_edges[vertex].size());
+  for (Eigen::Index i = 1; i <= degree; ++i) fit.planar_length += std::hypot(terms(i, 1), terms(i, 2));
+  fit.planar_length /= static_cast<double>(degree);
+  return fit;
+}
+
+/// The value that χ²/ν exceeds as rarely as a standard normal exceeds `z` [Wilson & Hilferty 1931].
+double chi_squared_quantile(double z, double freedom) {
+  const double c = 2 / (9 * freedom);
+  return std::pow(1 - c + z * std::sqrt(c), 3);
+}
+
+/// The pooled variance of the fits that one noise level explains: from the median, leave out what is too large to be
+/// chance and pool again, until the choice stands.
+double pooled_variance(const std::vector<Fit>& fits) {
+  std::vector<double> variances;
+  for (const Fit& fit : fits) variances.push_back(fit.variance / chi_squared_quantile(0, fit.freedom));
+  const auto middle = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 2);
+  std::nth_element(variances.begin(), middle, variances.end());
+  double pooled = *middle;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    double sum = 0, freedom = 0;
+    for (const Fit& fit : fits) {
+      if (fit.variance > pooled * chi_squared_quantile(kOutlierDeviations, fit.freedom)) continue;
+      sum += fit.variance * fit.freedom;
+      freedom += fit.freedom;
+    }
+    const double before = std::exchange(pooled, sum / freedom);
+    if (std::abs(pooled - before) <= 1e-6 * before) break;
+  }
+  return pooled;
+}
+
+}  // namespace
+
+double estimate_noise_sigma(const Mesh& mesh, const Topology& topology) {
+  const double length_unit = mean_edge_length(mesh.positions, topology.edges);
+  const std::size_t vertex_count = mesh.positions.size();
+  const std::size_t stride = std::max<std::size_t>(1, (vertex_count + kMaxSamples - 1) / kMaxSamples);
+  std::vector<Fit> fits;
+  double planar_length = 0;
+  for (std::size_t vertex = 0; vertex < vertex_count; vertex += stride) {
+    const auto fit = fit_quadric(mesh, topology, static_cast<Index>(vertex), length_unit);
+    if (!fit) continue;
+    fits.push_back(*fit);
+    planar_length += fit->planar_length;
+  }
+  if (!(planar_length > 0)) return 0;
+  return std::sqrt(pooled_variance(fits)) / (planar_length / static_cast<double>(fits.size()));
+}
+
+}  // namespace crease
