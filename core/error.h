@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -26,6 +27,13 @@ inline constexpr std::string_view kOutputFormatUnknown = "output_format_unknown"
 inline constexpr std::string_view kParameterUnknown = "parameter_unknown";
 inline constexpr std::string_view kParameterInvalid = "parameter_invalid";
 inline constexpr std::string_view kParameterOutOfRange = "parameter_out_of_range";
+
+/// All of the above.
+inline constexpr std::array kAllCodes = {
+    kMeshFormatUnknown,   kMeshEmpty,           kMeshTruncated,    kMeshSyntax,
+    kMeshCountMismatch,   kMeshIndexOutOfRange, kMeshNotFinite,    kMeshNoFaces,
+    kMeshTooLarge,        kMeshUnsupported,     kMeshNoExtent,     kMeshMismatch,
+    kOutputFormatUnknown, kParameterUnknown,    kParameterInvalid, kParameterOutOfRange};
 }  // namespace code
 
 /// A refusal: a stable code, a sentence for people, and where the fault lies ("line 12", "byte 84", "face 3").

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 
 #include "core/job.h"
 #include "crease/v1/job.pb.h"
@@ -18,16 +19,19 @@ v1::Sweep to_message(const SweepRecord& record);
 v1::ResultFacts to_message(const ResultFacts& facts);
 v1::Warning to_message(const Warning& warning);
 v1::LabelledMesh to_message(const LabelledMesh& mesh);
+/// \throw Error internal when the arrays do not fit together
 LabelledMesh from_message(const v1::LabelledMesh& mesh);
 
-/// JSON with the names of the schema. Fields without presence are always there, unset optional ones and messages are not.
+/// JSON with the names of the schema. Fields without presence are always there, unset optional ones and messages are
+/// not. Strings must be UTF-8.
 nlohmann::ordered_json to_json(const google::protobuf::Message& message);
 
 /// What identifies the result of an upload: a hash over its bytes, its format, every parameter that changes the result
 /// and the version of the algorithm. 20 hexadecimal digits. The same for a job over HTTP and a run in process.
 std::string job_fingerprint(std::string_view upload_sha256, std::string_view format, const v1::Parameters& resolved);
 
-/// The extras of a mesh file: job (fingerprint), parameters that change the result, counts.
+/// The extras of a mesh file: job (fingerprint), parameters that change the result, counts. No time that a run took, so
+/// that the same result gives the same bytes.
 nlohmann::ordered_json mesh_extras(const std::string& fingerprint, const v1::Parameters& resolved,
                                    const InputFacts& input, const ResultFacts& result);
 

@@ -1,0 +1,98 @@
+#include "proto/error_table.h"
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace crease {
+namespace {
+
+constexpr std::array kTable = std::to_array<ErrorKind>({
+    {"body_incomplete", 400, "The body ended early"},
+    {"body_missing", 400, "The request has no body"},
+    {"content_encoding_unsupported", 415, "Compressed bodies are not taken"},
+    {"content_type_unsupported", 415, "The Content-Type is not one of those taken here"},
+    {"expectation_failed", 417, "The expectation cannot be met"},
+    {"headers_too_large", 431, "The headers are too large"},
+    {"http_version_unsupported", 505, "The version of HTTP is not supported"},
+    {"idempotency_conflict", 422, "The Idempotency-Key was used for another request"},
+    {"inspection_failed", 422, "The upload could not be inspected within the limits"},
+    {"internal", 500, "Internal error"},
+    {"job_cancelled", 409, "The job was cancelled"},
+    {"job_failed", 409, "The job failed"},
+    {"job_not_finished", 409, "The job has not finished"},
+    {"job_not_found", 404, "There is no such job"},
+    {"json_invalid", 400, "The JSON is not valid"},
+    {"length_required", 411, "A Content-Length is required"},
+    {"memory_exhausted", 500, "The job needed more memory than it may have"},
+    {"mesh_count_mismatch", 422, "The counts of the mesh file do not agree with its content"},
+    {"mesh_empty", 422, "The mesh file is empty"},
+    {"mesh_format_unknown", 415, "The format of the mesh is not known"},
+    {"mesh_index_out_of_range", 422, "A face names a vertex that does not exist"},
+    {"mesh_mismatch", 422, "The meshes do not correspond"},
+    {"mesh_no_extent", 422, "All edges of the mesh have length zero"},
+    {"mesh_no_faces", 422, "The mesh has no faces"},
+    {"mesh_not_finite", 422, "A coordinate is not a finite number"},
+    {"mesh_syntax", 422, "The mesh file cannot be read"},
+    {"mesh_too_large", 413, "The mesh is too large"},
+    {"mesh_truncated", 422, "The mesh file ends early"},
+    {"mesh_unsupported", 422, "The mesh file uses a feature that is not supported"},
+    {"method_not_allowed", 405, "The method is not allowed here"},
+    {"multipart_invalid", 400, "The multipart body is not valid"},
+    {"multipart_part_missing", 400, "A part of the multipart body is missing"},
+    {"multipart_part_unknown", 400, "A part of the multipart body is not known"},
+    {"not_acceptable", 406, "None of the accepted media types can be given"},
+    {"not_found", 404, "There is nothing here"},
+    {"output_format_unknown", 400, "The output format is not known"},
+    {"parameter_invalid", 400, "A parameter has a value of the wrong kind"},
+    {"parameter_out_of_range", 400, "A parameter is out of range"},
+    {"parameter_unknown", 400, "There is no such parameter"},
+    {"payload_too_large", 413, "The body is too large"},
+    {"protobuf_invalid", 400, "The protobuf message is not valid"},
+    {"queue_full", 503, "Too many jobs are queued"},
+    {"range_not_satisfiable", 416, "The range cannot be satisfied"},
+    {"request_malformed", 400, "The request is not valid HTTP"},
+    {"request_timeout", 408, "The request took too long to arrive"},
+    {"shutting_down", 503, "The service is shutting down"},
+    {"snapshot_unavailable", 409, "There is no snapshot of the job"},
+    {"store_unavailable", 503, "The job store is not available"},
+    {"too_many_connections", 503, "Too many connections are open"},
+    {"too_many_streams", 503, "Too many event streams are open"},
+    {"transfer_encoding_unsupported", 501, "The transfer encoding is not supported"},
+    {"uri_too_long", 414, "The target of the request is too long"},
+    {"worker_lost", 500, "The job was lost by its worker too often"},
+});
+
+/// Protobuf strings and JSON must be UTF-8; what an error repeats of a request may be anything.
+std::string valid_utf8(const std::string& text) {
+  using nlohmann::json;
+  return json::parse(json(text).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
+}
+
+}  // namespace
+
+std::span<const ErrorKind> error_table() { return kTable; }
+
+const ErrorKind& error_kind(std::string_view code) {
+  const auto row = std::ranges::lower_bound(kTable, code, {}, &ErrorKind::code);
+  if (row != kTable.end() && row->code == code) return *row;
+  return *std::ranges::lower_bound(kTable, "internal", {}, &ErrorKind::code);
+}
+
+v1::Problem to_problem(const Error& error) {
+  const ErrorKind& kind = error_kind(error.code());
+  v1::Problem problem;
+  problem.set_type("about:blank");
+  problem.set_title(std::string(kind.title));
+  problem.set_status(static_cast<std::uint32_t>(kind.status));
+  problem.set_code(std::string(kind.code));
+  problem.set_detail(valid_utf8(error.detail()));
+  problem.set_place(valid_utf8(error.place()));
+  problem.set_field(valid_utf8(error.field()));
+  problem.set_value(valid_utf8(error.value()));
+  problem.set_expected(error.expected());
+  return problem;
+}
+
+}  // namespace crease

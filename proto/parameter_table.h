@@ -27,6 +27,7 @@ struct ParameterInfo {
 
 /// Every parameter in the order of the schema.
 const std::vector<ParameterInfo>& parameter_table();
+std::vector<std::string> parameter_names();
 
 /// Sets one parameter from text, as in a query or after -p.
 /// \throw Error parameter_unknown, parameter_invalid, parameter_out_of_range
@@ -36,10 +37,11 @@ void set_parameter(v1::Parameters& parameters, std::string_view name, std::strin
 /// \throw Error as set_parameter; json_invalid is the caller's
 v1::Parameters parameters_from_json(const nlohmann::json& object);
 
-/// Refuses what a message from outside holds out of range.
+/// Refuses what a message from outside holds out of range, and fields that are not in the schema.
+/// \throw Error as set_parameter
 void validate(const v1::Parameters& parameters);
 
-/// Every field set: given values, defaults for the others, and `auto` replaced by what it stands for.
+/// Every field set: given values, defaults for the others, and `auto` and 0 threads replaced by what they stand for.
 v1::Parameters resolve(const v1::Parameters& parameters);
 
 /// The options of core that resolved parameters stand for.

@@ -1,0 +1,194 @@
+#include "proto/convert.h"
+
+#include <fmt/format.h>
+#include <google/protobuf/util/json_util.h>
+#include <openssl/evp.h>
+
+#include <algorithm>
+#include <array>
+
+#include "core/error.h"
+#include "proto/parameter_table.h"
+
+namespace crease {
+namespace {
+
+constexpr std::size_t kFingerprintDigits = 20;
+
+nlohmann::ordered_json result_parameters(const v1::Parameters& resolved) {
+  nlohmann::ordered_json parameters = to_json(resolved);
+  for (const std::string& name : parameter_names()) {
+    if (!changes_result(name)) parameters.erase(name);
+  }
+  return parameters;
+}
+
+void require_fit(bool fits, std::string_view what) {
+  if (!fits) throw Error("internal", fmt::format("a stored mesh is damaged: {}", what));
+}
+
+}  // namespace
+
+v1::InputFacts to_message(const InputFacts& facts) {
+  v1::InputFacts message;
+  message.set_vertices(facts.vertices);
+  message.set_faces(facts.faces);
+  message.set_edges(facts.edges);
+  message.set_boundary_edges(facts.boundary_edges);
+  message.set_nonmanifold_edges(facts.nonmanifold_edges);
+  message.set_degenerate_faces(facts.degenerate_faces);
+  message.set_duplicate_faces(facts.duplicate_faces);
+  message.set_isolated_vertices(facts.isolated_vertices);
+  message.set_flipped_faces(facts.flipped_faces);
+  message.set_components(facts.components);
+  message.set_mean_edge_length(facts.mean_edge_length);
+  message.set_noise_sigma(facts.noise_sigma);
+  return message;
+}
+
+v1::Energy to_message(const Energy& energy) {
+  v1::Energy message;
+  message.set_likelihood(energy.likelihood);
+  message.set_smoothness(energy.smoothness);
+  message.set_sharpness(energy.sharpness);
+  message.set_support(energy.support);
+  message.set_total(energy.total());
+  return message;
+}
+
+v1::Progress to_message(const SweepView& view) {
+  const double fraction = static_cast<double>(view.record.sweep) / view.sweeps;
+  v1::Progress message;
+  message.set_fraction(fraction);
+  message.set_stage("smoothing");
+  message.set_sweep(view.record.sweep);
+  message.set_sweeps(view.sweeps);
+  message.set_temperature(view.record.vertex_temperature);
+  message.set_acceptance(view.record.vertex_acceptance);
+  *message.mutable_energy() = to_message(view.record.energy);
+  message.set_eta_seconds(view.seconds * (1 - fraction) / fraction);
+  return message;
+}
+
+v1::Sweep to_message(const SweepRecord& record) {
+  v1::Sweep message;
+  message.set_sweep(record.sweep);
+  *message.mutable_energy() = to_message(record.energy);
+  message.set_likelihood_weight(record.likelihood_weight);
+  message.set_vertex_temperature(record.vertex_temperature);
+  message.set_label_temperature(record.label_temperature);
+  message.set_step_size(record.step_size);
+  message.set_vertex_acceptance(record.vertex_acceptance);
+  message.set_label_acceptance(record.label_acceptance);
+  message.set_ridge_edges(record.ridge_edges);
+  message.set_rms_displacement(record.rms_displacement);
+  return message;
+}
+
+v1::ResultFacts to_message(const ResultFacts& facts) {
+  v1::ResultFacts message;
+  message.set_ridge_edges(facts.ridge_edges);
+  message.set_ridge_length(facts.ridge_length);
+  message.set_max_displacement(facts.max_displacement);
+  message.set_rms_displacement(facts.rms_displacement);
+  message.set_volume_change(facts.volume_change);
+  message.set_seconds(facts.seconds);
+  return message;
+}
+
+v1::Warning to_message(const Warning& warning) {
+  v1::Warning message;
+  message.set_code(warning.code);
+  message.set_detail(warning.detail);
+  return message;
+}
+
+v1::LabelledMesh to_message(const LabelledMesh& mesh) {
+  v1::LabelledMesh message;
+  message.mutable_positions()->Reserve(static_cast<int>(3 * mesh.mesh.positions.size()));
+  for (const Vec3& position : mesh.mesh.positions) {
+    for (const double coordinate : position) message.add_positions(coordinate);
+  }
+  message.mutable_triangles()->Reserve(static_cast<int>(3 * mesh.mesh.triangles.size()));
+  for (const Triangle& triangle : mesh.mesh.triangles) {
+    for (const Index corner : triangle) message.add_triangles(corner);
+  }
+  message.mutable_edges()->Reserve(static_cast<int>(2 * mesh.edges.size()));
+  for (const Edge& edge : mesh.edges) {
+    message.add_edges(edge.v0);
+    message.add_edges(edge.v1);
+  }
+  message.mutable_labels()->Add(mesh.labels.begin(), mesh.labels.end());
+  message.mutable_dihedral_rad()->Add(mesh.dihedral_rad.begin(), mesh.dihedral_rad.end());
+  return message;
+}
+
+LabelledMesh from_message(const v1::LabelledMesh& message) {
+  const int edges = message.labels_size();
+  require_fit(message.positions_size() % 3 == 0, "coordinates");
+  require_fit(message.triangles_size() % 3 == 0, "corners");
+  require_fit(message.edges_size() == 2 * edges && message.dihedral_rad_size() == edges, "edges");
+  const auto vertices = static_cast<Index>(message.positions_size() / 3);
+  const auto in_range = [&](Index index) { return index < vertices; };
+  require_fit(std::ranges::all_of(message.triangles(), in_range), "a corner out of range");
+  require_fit(std::ranges::all_of(message.edges(), in_range), "an edge out of range");
+
+  LabelledMesh mesh;
+  mesh.mesh.positions.reserve(vertices);
+  for (int i = 0; i < message.positions_size(); i += 3) {
+    mesh.mesh.positions.emplace_back(message.positions(i), message.positions(i + 1), message.positions(i + 2));
+  }
+  mesh.mesh.triangles.reserve(static_cast<std::size_t>(message.triangles_size()) / 3);
+  for (int i = 0; i < message.triangles_size(); i += 3) {
+    mesh.mesh.triangles.push_back({message.triangles(i), message.triangles(i + 1), message.triangles(i + 2)});
+  }
+  mesh.edges.reserve(static_cast<std::size_t>(edges));
+  for (int e = 0; e < edges; ++e) mesh.edges.push_back({message.edges(2 * e), message.edges(2 * e + 1)});
+  mesh.labels.assign(message.labels().begin(), message.labels().end());
+  mesh.dihedral_rad.assign(message.dihedral_rad().begin(), message.dihedral_rad().end());
+  return mesh;
+}
+
+nlohmann::ordered_json to_json(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  std::string text;
+  const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
+  if (!status.ok()) throw Error("internal", "a message has no JSON: " + status.ToString());
+  return nlohmann::ordered_json::parse(text);
+}
+
+std::string job_fingerprint(std::string_view upload_sha256, std::string_view format, const v1::Parameters& resolved) {
+  const std::string text =
+      fmt::format("creased {}\n{}\n{}\n{}", CREASE_VERSION, upload_sha256, format, result_parameters(resolved).dump());
+  return sha256_hex(text).substr(0, kFingerprintDigits);
+}
+
+nlohmann::ordered_json mesh_extras(const std::string& fingerprint, const v1::Parameters& resolved,
+                                   const InputFacts& input, const ResultFacts& result) {
+  return {{"job", fingerprint},
+          {"version", CREASE_VERSION},
+          {"parameters", result_parameters(resolved)},
+          {"counts",
+           {{"vertices", input.vertices},
+            {"faces", input.faces},
+            {"edges", input.edges},
+            {"boundary_edges", input.boundary_edges},
+            {"nonmanifold_edges", input.nonmanifold_edges},
+            {"components", input.components},
+            {"ridge_edges", result.ridge_edges}}}};
+}
+
+std::string sha256_hex(std::string_view bytes) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned int size = 0;
+  if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1) {
+    throw Error("internal", "SHA-256 is not available");
+  }
+  std::string hex;
+  for (unsigned int i = 0; i < size; ++i) hex += fmt::format("{:02x}", digest[i]);
+  return hex;
+}
+
+}  // namespace crease
