@@ -2,27 +2,20 @@
 
 namespace crease {
 
-EdgeProcess::EdgeProcess(Field& field, const EdgeTerms& terms, const EnergyModel& model)
-    : field_(field),
-      terms_(terms),
-      model_(model),
-      directions_(edge_directions(field)),
-      sums_(label_sums(field, directions_)) {}
-
 double EdgeProcess::slope(Index edge) const {
   const auto [v0, v1] = field_.topology.edges[edge];
-  const Vec3& along = directions_[edge];
+  const Vec3& along = terms_.direction[edge];
   const Vec3 own = field_.labels[edge] * along;
-  const double support = along.dot(sums_[v1] + own) - along.dot(sums_[v0] - own);
+  const double support = along.dot(terms_.label_sum[v1] + own) - along.dot(terms_.label_sum[v0] - own);
   return -model_.smoothness_weight * terms_.potential[edge] +
          model_.sharpness_weight * (model_.sharpness_threshold - terms_.angle[edge] - model_.support_weight * support);
 }
 
 void EdgeProcess::set_label(Index edge, double label) {
   const auto [v0, v1] = field_.topology.edges[edge];
-  const Vec3 change = (label - field_.labels[edge]) * directions_[edge];
-  sums_[v0] += change;
-  sums_[v1] -= change;
+  const Vec3 change = (label - field_.labels[edge]) * terms_.direction[edge];
+  terms_.label_sum[v0] += change;
+  terms_.label_sum[v1] -= change;
   field_.labels[edge] = label;
 }
 

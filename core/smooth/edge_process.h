@@ -12,8 +12,9 @@ namespace crease {
 /// The edge process (§3.3) while the positions stand still: E is linear in every single label.
 class EdgeProcess {
  public:
-  /// `terms` must be of the field's present normals. The field and the terms must outlive the process.
-  EdgeProcess(Field& field, const EdgeTerms& terms, const EnergyModel& model);
+  /// `terms` must be of the field as it is; their label sums follow the labels. Both must outlive the process.
+  EdgeProcess(Field& field, EdgeTerms& terms, const EnergyModel& model)
+      : field_(field), terms_(terms), model_(model) {}
 
   /// E with `label` on `edge` minus E now. Interior edges only.
   double delta_energy(Index edge, double label) const { return slope(edge) * (label - field_.labels[edge]); }
@@ -30,10 +31,8 @@ class EdgeProcess {
   bool visit(Index edge, const CounterRandom& random, std::uint32_t sweep_index, double temperature);
 
   Field& field_;
-  const EdgeTerms& terms_;
+  EdgeTerms& terms_;
   EnergyModel model_;
-  std::vector<Vec3> directions_;
-  std::vector<Vec3> sums_;
 };
 
 }  // namespace crease

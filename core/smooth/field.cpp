@@ -88,38 +88,33 @@ std::vector<Vec3> Field::upload_positions(const Mesh& mesh) const {
 }
 
 void EdgeTerms::update(const Field& field, Smoothness smoothness, ThreadTeam& team) {
-  const std::size_t count = field.topology.edges.size();
-  potential.resize(count);
-  angle.resize(count);
-  team.run(count, kBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
+  const Topology& topology = field.topology;
+  const std::size_t edge_count = topology.edges.size();
+  potential.assign(edge_count, 0);
+  angle.assign(edge_count, 0);
+  direction.resize(edge_count);
+  team.run(edge_count, kBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t e = begin; e < end; ++e) {
-      potential[e] = angle[e] = 0;
-      if (!field.topology.is_interior(e)) continue;
-      const auto [f0, f1] = field.topology.edge_faces[e];
-      const Vec3& n0 = field.normals[f0];
-      const Vec3& n1 = field.normals[f1];
+      const Vec3 along = field.positions[topology.edges[e].v1] - field.positions[topology.edges[e].v0];
+      const double length = along.norm();
+      direction[e] = length > 0 ? Vec3(along / length) : Vec3::Zero();
+      if (!topology.is_interior(e)) continue;
+      const Vec3& n0 = field.normals[topology.edge_faces[e][0]];
+      const Vec3& n1 = field.normals[topology.edge_faces[e][1]];
       potential[e] = smoothness_potential(smoothness, (n0 - n1).squaredNorm());
       if (!n0.isZero(0) && !n1.isZero(0)) angle[e] = angle_of_cosine(n0.dot(n1));
     }
   });
-}
-
-std::vector<Vec3> edge_directions(const Field& field) {
-  std::vector<Vec3> directions(field.topology.edges.size());
-  for (std::size_t e = 0; e < directions.size(); ++e) {
-    const auto [v0, v1] = field.topology.edges[e];
-    directions[e] = (field.positions[v1] - field.positions[v0]).stableNormalized();
-  }
-  return directions;
-}
-
-std::vector<Vec3> label_sums(const Field& field, const std::vector<Vec3>& directions) {
-  std::vector<Vec3> sums(field.positions.size(), Vec3::Zero());
-  for (std::size_t e = 0; e < directions.size(); ++e) {
-    sums[field.topology.edges[e].v0] += field.labels[e] * directions[e];
-    sums[field.topology.edges[e].v1] -= field.labels[e] * directions[e];
-  }
-  return sums;
+  label_sum.resize(field.positions.size());
+  team.run(label_sum.size(), kBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t v = begin; v < end; ++v) {
+      Vec3 sum = Vec3::Zero();
+      for (const Index e : topology.vertex_edges[v]) {
+        sum += (topology.edges[e].v0 == v ? field.labels[e] : -field.labels[e]) * direction[e];
+      }
+      label_sum[v] = sum;
+    }
+  });
 }
 
 Energy energy(const Field& field, const EdgeTerms& terms, const EnergyModel& model, ThreadTeam& team) {
@@ -136,12 +131,10 @@ Energy energy(const Field& field, const EdgeTerms& terms, const EnergyModel& mod
   result.sharpness = model.sharpness_weight * sums.sharpness;
 
   // Σ over pairs at a vertex of u·u' ε ε' is half of |Σ u ε|² − Σ ε²|u|².
-  const std::vector<Vec3> directions = edge_directions(field);
-  const std::vector<Vec3> at_vertex = label_sums(field, directions);
   const double squares =
-      block_sum<double>(at_vertex.size(), team, [&](std::size_t v) { return at_vertex[v].squaredNorm(); }) -
-      2 * block_sum<double>(directions.size(), team, [&](std::size_t e) {
-        return field.labels[e] * field.labels[e] * directions[e].squaredNorm();
+      block_sum<double>(terms.label_sum.size(), team, [&](std::size_t v) { return terms.label_sum[v].squaredNorm(); }) -
+      2 * block_sum<double>(topology.edges.size(), team, [&](std::size_t e) {
+        return field.labels[e] * field.labels[e] * terms.direction[e].squaredNorm();
       });
   result.support = model.sharpness_weight * model.support_weight * squares / 2;
   return result;

@@ -49,21 +49,17 @@ struct Field {
   std::vector<Vec3> upload_positions(const Mesh& mesh) const;
 };
 
-/// What the terms of the energy need of every edge, for the present normals.
+/// What E needs to know of every edge and vertex, for the present positions, normals and labels.
 struct EdgeTerms {
   std::vector<double> potential;  ///< ρ(n_i − n_j), 0 where the edge is not interior
   std::vector<double> angle;      ///< unsigned dihedral angle φ in radians; 0 at faces without area
+  std::vector<Vec3> direction;    ///< unit vector from the edge's first vertex to its second; zero without length
+  /// Per vertex Σ ε_e u_e over its edges, u_e pointing away from it. The support of edge e at that vertex by all the
+  /// others is −u_e · (sum − ε_e u_e): cos θ of a walk through the vertex is minus the cosine between outward directions.
+  std::vector<Vec3> label_sum;
 
   void update(const Field& field, Smoothness smoothness, ThreadTeam& team);
 };
-
-/// Unit vectors along the edges from their first vertex to the second, zero for edges without length.
-std::vector<Vec3> edge_directions(const Field& field);
-
-/// For every vertex Σ ε_e u_e over its edges, u_e pointing away from it. The support of edge e at that vertex by all
-/// the others is −u_e · (sum − ε_e u_e): cos θ of a walk through the vertex is minus the cosine between outward
-/// directions.
-std::vector<Vec3> label_sums(const Field& field, const std::vector<Vec3>& directions);
 
 /// E(v, ε) term by term (§3.4). The same value for any number of threads.
 Energy energy(const Field& field, const EdgeTerms& terms, const EnergyModel& model, ThreadTeam& team);

@@ -17,12 +17,19 @@ struct ProposalCount {
   }
 };
 
-/// The Metropolis rule (§3.5): downhill always, uphill with probability exp(−ΔE/T).
+/// The Metropolis rule (§3.5): downhill always, uphill with probability exp(−ΔE/T). Most cases are settled by
+/// 1 − x ≤ exp(−x) ≤ 1/(1 + x + x²/2) without the exponential.
 inline bool metropolis_accepts(double delta_energy, double temperature, std::uint32_t word) {
-  return delta_energy <= 0 || CounterRandom::unit(word) < std::exp(-delta_energy / temperature);
+  if (delta_energy <= 0) return true;
+  const double x = delta_energy / temperature;
+  const double uniform = CounterRandom::unit(word);
+  if (uniform < 1 - x) return true;
+  if (uniform * (1 + x + x * x / 2) > 1) return false;
+  return uniform < std::exp(-x);
 }
 
-/// Visits every site once, group by group; `visit(site, thread)` says whether its proposal was accepted. Sites of a
+/// Visits every site once, group by group; `visit(slot, thread)` with a place in
+/// `coloring.sites` says whether its proposal was accepted. Sites of a
 /// group run on any thread in any order.
 template <typename Visit>
 ProposalCount metropolis_sweep(const Coloring& coloring, ThreadTeam& team, Visit visit) {
@@ -32,11 +39,10 @@ ProposalCount metropolis_sweep(const Coloring& coloring, ThreadTeam& team, Visit
   };
   std::vector<Padded> accepted(team.size());
   for (std::size_t group = 0; group < coloring.groups(); ++group) {
-    const Index* sites = coloring.sites.data() + coloring.starts[group];
-    const std::size_t count = coloring.starts[group + 1] - coloring.starts[group];
-    team.run(count, kChunk, [&](std::size_t begin, std::size_t end, std::size_t thread) {
+    const std::size_t first = coloring.starts[group];
+    team.run(coloring.starts[group + 1] - first, kChunk, [&](std::size_t begin, std::size_t end, std::size_t thread) {
       std::uint64_t chunk_accepted = 0;
-      for (std::size_t i = begin; i < end; ++i) chunk_accepted += visit(sites[i], thread) ? 1 : 0;
+      for (std::size_t i = begin; i < end; ++i) chunk_accepted += visit(first + i, thread) ? 1 : 0;
       accepted[thread].count += chunk_accepted;
     });
   }

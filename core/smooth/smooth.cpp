@@ -15,6 +15,8 @@ namespace {
 /// Acceptance rate that the step size is steered to [Roberts et al. 1997 give 0.44 for one dimension, 0.23 for many].
 constexpr double kTargetAcceptance = 0.4;
 constexpr double kStepChange = 1.05;
+/// The labels are averaged over the part of the annealing after this time.
+constexpr double kAverageFrom = 0.85;
 constexpr double kSmallestStep = 1e-5, kLargestStep = 1.0;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -36,12 +38,20 @@ class Annealing {
         final_model_(EnergyModel::final_of(options)),
         vertex_coloring_(color_vertices(mesh, topology)),
         edge_coloring_(color_edges(topology)),
-        vertex_process_(field_, team_.size()),
+        vertex_process_(field_, vertex_coloring_, team_.size()),
         step_(options.step_size) {
     terms_.update(field_, options.smoothness, team_);
   }
 
   const Field& field() const { return field_; }
+
+  /// The labels' expectation over the coldest sweeps: how probable a ridge is, where one sample would be a throw of it.
+  std::vector<double> expected_labels() const {
+    std::vector<double> labels = field_.labels;
+    if (averaged_sweeps_ == 0) return labels;
+    for (std::size_t e = 0; e < labels.size(); ++e) labels[e] = label_sums_[e] / averaged_sweeps_;
+    return labels;
+  }
 
   SweepRecord sweep(std::uint32_t index) {
     const double time = options_.sweeps > 1 ? static_cast<double>(index - 1) / (options_.sweeps - 1) : 1.0;
@@ -57,10 +67,11 @@ class Annealing {
       EdgeProcess edges(field_, terms_, model);
       record.label_acceptance =
           edges.sweep(edge_coloring_, edge_random_, index, record.label_temperature, team_).acceptance();
+      if (time >= kAverageFrom) average_labels();
     }
+    vertex_process_.set_model(model);
     record.vertex_acceptance =
-        vertex_process_.sweep(model, vertex_coloring_, vertex_random_, index, record.vertex_temperature, step_, team_)
-            .acceptance();
+        vertex_process_.sweep(vertex_random_, index, record.vertex_temperature, step_, team_).acceptance();
     adapt_step(record.vertex_acceptance);
     terms_.update(field_, options_.smoothness, team_);
     measure(record);
@@ -71,6 +82,12 @@ class Annealing {
   std::uint64_t edge_sites() const { return options_.edge_process ? edge_coloring_.sites.size() : 0; }
 
  private:
+  void average_labels() {
+    label_sums_.resize(field_.labels.size(), 0);
+    for (std::size_t e = 0; e < label_sums_.size(); ++e) label_sums_[e] += field_.labels[e];
+    ++averaged_sweeps_;
+  }
+
   void adapt_step(double acceptance) {
     const double wanted = acceptance > kTargetAcceptance ? step_ * kStepChange : step_ / kStepChange;
     step_ = std::clamp(wanted, kSmallestStep, kLargestStep);
@@ -97,6 +114,8 @@ class Annealing {
   CounterRandom vertex_random_{options_.seed, RandomStream::kVertexProcess};
   CounterRandom edge_random_{options_.seed, RandomStream::kEdgeProcess};
   double step_;
+  std::vector<double> label_sums_;
+  std::uint32_t averaged_sweeps_ = 0;
 };
 
 }  // namespace
@@ -117,7 +136,7 @@ SmoothResult smooth(const Mesh& measured, const Topology& topology, const Smooth
     result.cancelled = result.cancelled || context.cancel.load();
   }
   result.positions = annealing.field().upload_positions(measured);
-  result.labels = annealing.field().labels;
+  result.labels = annealing.expected_labels();
   result.seconds = seconds_since(start);
   return result;
 }

@@ -6,204 +6,168 @@
 namespace crease {
 namespace {
 
-/// Rows of VertexVisit::lanes_.
-enum Row : std::size_t {
-  kBx,
-  kBy,
-  kBz,
-  kCx,
-  kCy,
-  kCz,
-  kOuterX,
-  kOuterY,
-  kOuterZ,
-  kOuterSquare,
-  kWeight,
-  kNx,
-  kNy,
-  kNz,
-  kRows
-};
-
-Index rim_of(const Topology& topology, Index face, Index b, Index c) {
-  for (const Index edge : topology.face_edges[face]) {
-    if (edge == kNone) continue;
-    const Edge& candidate = topology.edges[edge];
-    if (candidate == Edge{std::min(b, c), std::max(b, c)}) return edge;
-  }
-  return kNone;
-}
-
-Rings::Face ring_face(const Field& field, Index face, Index vertex) {
-  const Triangle& corners = field.faces[face];
-  const auto k = static_cast<std::size_t>(std::ranges::find(corners, vertex) - corners.begin());
-  Rings::Face result{corners[(k + 1) % 3], corners[(k + 2) % 3], face, kNone, kNone};
-  const Index rim = rim_of(field.topology, face, result.b, result.c);
-  if (rim != kNone && field.topology.is_interior(rim)) {
-    const auto [f0, f1] = field.topology.edge_faces[rim];
-    result.rim_edge = rim;
-    result.outer_face = f0 == face ? f1 : f0;
-  }
-  return result;
-}
+/// Lanes are worked on this many at a time, so that the compiler can keep them in vector registers; a ring of up to six
+/// faces is one block.
+constexpr std::size_t kBlock = 8;
 
 }  // namespace
 
-Rings::Rings(const Field& field) {
-  const Topology& topology = field.topology;
-  const std::size_t vertex_count = field.positions.size();
-  face_starts.assign(1, 0);
-  spoke_starts.assign(1, 0);
-  std::vector<std::uint32_t> place(field.faces.size(), 0);  // of a face in the ring at hand
-  for (Index vertex = 0; vertex < vertex_count; ++vertex) {
-    const auto ring = topology.vertex_faces[vertex];
-    for (std::uint32_t i = 0; i < ring.size(); ++i) {
-      place[ring[i]] = i;
-      faces.push_back(ring_face(field, ring[i], vertex));
-    }
-    for (const Index edge : topology.vertex_edges[vertex]) {
-      if (!topology.is_interior(edge)) continue;
-      const auto [f0, f1] = topology.edge_faces[edge];
-      spokes.push_back({edge, place[f0], place[f1]});
-    }
-    face_starts.push_back(faces.size());
-    spoke_starts.push_back(spokes.size());
-    largest = std::max(largest, ring.size());
+/// One vertex lifted out of the field, with everything that E says of its position. Reused from visit to visit.
+class VertexProcess::Visit {
+ public:
+  explicit Visit(const Rings& rings)
+      : stride_((rings.longest / kBlock + 2) * kBlock), storage_(kRows * stride_ + 2 * kBlock, 0.0) {}
+
+  void load(const VertexProcess& process, std::size_t slot);
+  double delta_energy(const EnergyModel& model, const Vec3& position);
+  /// Moves the vertex to the position of the last delta_energy().
+  void accept(Field& field) const;
+  const Vec3& position() const { return old_position_; }
+
+ private:
+  enum RowName : std::size_t {
+    kPoint = 0,       // x, y, z of the ring's points
+    kOuter = 3,       // normals beyond the rim
+    kOld = 6,         // normals of the ring's faces
+    kNew = 9,         // the same after the move
+    kRimWeight = 12,
+    kSpokeWeight = 13,
+    kRows = 14
+  };
+
+  double* row(std::size_t name) { return storage_.data() + kBlock + name * stride_; }
+  const double* row(std::size_t name) const { return storage_.data() + kBlock + name * stride_; }
+  void put(std::size_t name, std::size_t lane, const Vec3& value) {
+    for (std::size_t axis = 0; axis < 3; ++axis) row(name + axis)[lane] = value[static_cast<Eigen::Index>(axis)];
   }
+  void turn_faces(const Vec3& position);
+  template <Smoothness kShape>
+  double prior_energy(RowName normals) const;
+  double prior_energy(RowName normals, Smoothness shape) const {
+    return shape == Smoothness::kQuadratic ? prior_energy<Smoothness::kQuadratic>(normals)
+                                           : prior_energy<Smoothness::kSquareRoot>(normals);
+  }
+
+  Index vertex_ = kNone;
+  std::span<const Rings::Lane> lanes_;
+  std::size_t blocks_ = 0;
+  Vec3 measured_, old_position_, new_position_;
+  std::size_t stride_;
+  std::vector<double> storage_;  ///< rows of lanes; each row has a spare block behind it
+};
+
+void VertexProcess::Visit::load(const VertexProcess& process, std::size_t slot) {
+  const Field& field = process.field_;
+  vertex_ = process.coloring_.sites[slot];
+  measured_ = field.measured[vertex_];
+  old_position_ = field.positions[vertex_];
+  lanes_ = process.rings_[slot];
+  blocks_ = (lanes_.size() + kBlock - 1) / kBlock;
+  double* const rim = row(kRimWeight);
+  double* const spoke = row(kSpokeWeight);
+  std::size_t k = 0;
+  for (const Rings::Lane& lane : lanes_) {
+    put(kPoint, k, field.positions[lane.point]);
+    put(kOuter, k, field.normals[lane.outer_face]);
+    put(kOld, k, lane.face != kNone ? field.normals[lane.face] : Vec3::Zero());
+    rim[k] = process.smoothing_[lane.rim_edge];
+    spoke[k] = process.smoothing_[lane.spoke_edge];
+    ++k;
+  }
+  for (; k < blocks_ * kBlock; ++k) rim[k] = spoke[k] = 0;
 }
 
-VertexVisit::VertexVisit(const Rings& rings) : stride_((rings.largest + 3) / 4 * 4), lanes_(kRows * stride_) {}
-
-void VertexVisit::load(const Field& field, const Rings& rings, const EnergyModel& model, Index vertex) {
-  vertex_ = vertex;
-  measured_ = field.measured[vertex];
-  old_position_ = field.positions[vertex];
-  const std::size_t begin = rings.face_starts[vertex];
-  face_count_ = rings.face_starts[vertex + 1] - begin;
-  double* lanes = lanes_.data();
-  for (std::size_t k = 0; k < face_count_; ++k) {
-    const Rings::Face& ring = rings.faces[begin + k];
-    const auto put = [&](Row row, const Vec3& value) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        lanes[(row + axis) * stride_ + k] = value[static_cast<Eigen::Index>(axis)];
-      }
-    };
-    put(kBx, field.positions[ring.b]);
-    put(kCx, field.positions[ring.c]);
-    put(kNx, field.normals[ring.face]);
-    const bool has_outer = ring.outer_face != kNone;
-    const Vec3 outer = has_outer ? field.normals[ring.outer_face] : Vec3::Zero();
-    put(kOuterX, outer);
-    lanes[kOuterSquare * stride_ + k] = outer.squaredNorm();
-    lanes[kWeight * stride_ + k] = has_outer ? 1 - field.labels[ring.rim_edge] : 0;
-  }
-  spokes_.clear();
-  for (std::size_t s = rings.spoke_starts[vertex]; s < rings.spoke_starts[vertex + 1]; ++s) {
-    const Rings::Spoke& spoke = rings.spokes[s];
-    spokes_.push_back({1 - field.labels[spoke.edge], spoke.first, spoke.second});
-  }
-  old_prior_ = prior_energy(model);
-}
-
-double VertexVisit::delta_energy(const EnergyModel& model, const Vec3& position) {
+double VertexProcess::Visit::delta_energy(const EnergyModel& model, const Vec3& position) {
   new_position_ = position;
   turn_faces(position);
-  return model.smoothness_weight * (prior_energy(model) - old_prior_) +
-         model.likelihood_weight * ((position - measured_).squaredNorm() - (old_position_ - measured_).squaredNorm());
+  const double prior = prior_energy(kNew, model.smoothness) - prior_energy(kOld, model.smoothness);
+  const double likelihood = (position - measured_).squaredNorm() - (old_position_ - measured_).squaredNorm();
+  return model.smoothness_weight * prior + model.likelihood_weight * likelihood;
 }
 
-void VertexVisit::turn_faces(const Vec3& position) {
+void VertexProcess::Visit::turn_faces(const Vec3& position) {
   const double x = position.x(), y = position.y(), z = position.z();
-  double* const lanes = lanes_.data();
-  const double* const bx = lanes + kBx * stride_;
-  const double* const by = lanes + kBy * stride_;
-  const double* const bz = lanes + kBz * stride_;
-  const double* const cx = lanes + kCx * stride_;
-  const double* const cy = lanes + kCy * stride_;
-  const double* const cz = lanes + kCz * stride_;
-  double* const nx = lanes + kNx * stride_;
-  double* const ny = lanes + kNy * stride_;
-  double* const nz = lanes + kNz * stride_;
+  for (std::size_t block = 0; block < blocks_ * kBlock; block += kBlock) {
+    const double* const px = row(kPoint) + block;
+    const double* const py = row(kPoint + 1) + block;
+    const double* const pz = row(kPoint + 2) + block;
+    double* const nx = row(kNew) + block;
+    double* const ny = row(kNew + 1) + block;
+    double* const nz = row(kNew + 2) + block;
 #pragma GCC ivdep
-  for (std::size_t k = 0; k < face_count_; ++k) {
-    const double ux = bx[k] - x, uy = by[k] - y, uz = bz[k] - z;
-    const double vx = cx[k] - x, vy = cy[k] - y, vz = cz[k] - z;
-    const double px = uy * vz - uz * vy, py = uz * vx - ux * vz, pz = ux * vy - uy * vx;
-    const double length = std::sqrt(px * px + py * py + pz * pz);
-    const double scale = length > 0 ? 1 / length : 0;
-    nx[k] = px * scale;
-    ny[k] = py * scale;
-    nz[k] = pz * scale;
+    for (std::size_t j = 0; j < kBlock; ++j) {
+      const double bx = px[j] - x, by = py[j] - y, bz = pz[j] - z;
+      const double cx = px[j + 1] - x, cy = py[j + 1] - y, cz = pz[j + 1] - z;
+      const double ox = by * cz - bz * cy, oy = bz * cx - bx * cz, oz = bx * cy - by * cx;
+      const double square = ox * ox + oy * oy + oz * oz;
+      const double scale = square > 0 ? 1 / std::sqrt(square) : 0;
+      nx[j] = ox * scale;
+      ny[j] = oy * scale;
+      nz[j] = oz * scale;
+    }
   }
 }
 
-double VertexVisit::prior_energy(const EnergyModel& model) const {
-  return model.smoothness == Smoothness::kQuadratic ? quadratic_energy() : square_root_energy();
+template <Smoothness kShape>
+double VertexProcess::Visit::prior_energy(RowName normals) const {
+  double sums[kBlock] = {};
+  for (std::size_t block = 0; block < blocks_ * kBlock; block += kBlock) {
+    const double* const nx = row(normals) + block;
+    const double* const ny = row(normals + std::size_t{1}) + block;
+    const double* const nz = row(normals + std::size_t{2}) + block;
+    const double* const ox = row(kOuter) + block;
+    const double* const oy = row(kOuter + 1) + block;
+    const double* const oz = row(kOuter + 2) + block;
+    const double* const rim = row(kRimWeight) + block;
+    const double* const spoke = row(kSpokeWeight) + block;
+#pragma GCC ivdep
+    for (std::size_t j = 0; j < kBlock; ++j) {
+      const double rx = nx[j] - ox[j], ry = ny[j] - oy[j], rz = nz[j] - oz[j];
+      const double sx = nx[j] - (nx - 1)[j], sy = ny[j] - (ny - 1)[j], sz = nz[j] - (nz - 1)[j];
+      sums[j] += rim[j] * smoothness_potential(kShape, rx * rx + ry * ry + rz * rz) +
+                 spoke[j] * smoothness_potential(kShape, sx * sx + sy * sy + sz * sz);
+    }
+  }
+  return ((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7]));
 }
 
-double VertexVisit::quadratic_energy() const {
-  const double* const lanes = lanes_.data();
-  const auto at = [&](Row row, std::size_t k) { return lanes[row * stride_ + k]; };
-  double sum = 0;
-  for (std::size_t k = 0; k < face_count_; ++k) {
-    const double dx = at(kNx, k) - at(kOuterX, k), dy = at(kNy, k) - at(kOuterY, k), dz = at(kNz, k) - at(kOuterZ, k);
-    sum += at(kWeight, k) * (dx * dx + dy * dy + dz * dz);
-  }
-  for (const Spoke& spoke : spokes_) {
-    const double dx = at(kNx, spoke.first) - at(kNx, spoke.second);
-    const double dy = at(kNy, spoke.first) - at(kNy, spoke.second);
-    const double dz = at(kNz, spoke.first) - at(kNz, spoke.second);
-    sum += spoke.weight * (dx * dx + dy * dy + dz * dz);
-  }
-  return sum;
-}
-
-double VertexVisit::square_root_energy() const {
-  const double* const lanes = lanes_.data();
-  const auto at = [&](Row row, std::size_t k) { return lanes[row * stride_ + k]; };
-  double sum = 0;
-  for (std::size_t k = 0; k < face_count_; ++k) {
-    const double dx = at(kNx, k) - at(kOuterX, k), dy = at(kNy, k) - at(kOuterY, k), dz = at(kNz, k) - at(kOuterZ, k);
-    sum += at(kWeight, k) * std::sqrt(dx * dx + dy * dy + dz * dz);
-  }
-  for (const Spoke& spoke : spokes_) {
-    const double dx = at(kNx, spoke.first) - at(kNx, spoke.second);
-    const double dy = at(kNy, spoke.first) - at(kNy, spoke.second);
-    const double dz = at(kNz, spoke.first) - at(kNz, spoke.second);
-    sum += spoke.weight * std::sqrt(dx * dx + dy * dy + dz * dz);
-  }
-  return sum;
-}
-
-void VertexVisit::accept(Field& field, const Rings& rings) const {
+void VertexProcess::Visit::accept(Field& field) const {
   field.positions[vertex_] = new_position_;
-  const std::size_t begin = rings.face_starts[vertex_];
-  const double* const lanes = lanes_.data();
-  for (std::size_t k = 0; k < face_count_; ++k) {
-    field.normals[rings.faces[begin + k].face] = {lanes[kNx * stride_ + k], lanes[kNy * stride_ + k],
-                                                  lanes[kNz * stride_ + k]};
+  for (std::size_t k = 0; k < lanes_.size(); ++k) {
+    if (lanes_[k].face != kNone) field.normals[lanes_[k].face] = {row(kNew)[k], row(kNew + 1)[k], row(kNew + 2)[k]};
   }
 }
 
-VertexProcess::VertexProcess(Field& field, std::size_t threads)
-    : field_(field), rings_(field), visits_(threads, VertexVisit(rings_)) {}
+VertexProcess::VertexProcess(Field& field, const Coloring& coloring, std::size_t threads)
+    : field_(field), coloring_(coloring), rings_(field, coloring), visits_(threads, Visit(rings_)) {}
 
-double VertexProcess::delta_energy(const EnergyModel& model, Index vertex, const Vec3& position) {
-  visits_[0].load(field_, rings_, model, vertex);
-  return visits_[0].delta_energy(model, position);
+VertexProcess::~VertexProcess() = default;
+
+void VertexProcess::set_model(const EnergyModel& model) {
+  model_ = model;
+  smoothing_.resize(field_.topology.edges.size() + 1);
+  for (std::size_t e = 0; e < field_.topology.edges.size(); ++e) {
+    smoothing_[e] = field_.topology.is_interior(e) ? 1 - field_.labels[e] : 0;
+  }
+  smoothing_.back() = 0;
 }
 
-ProposalCount VertexProcess::sweep(const EnergyModel& model, const Coloring& coloring, const CounterRandom& random,
-                                   std::uint32_t sweep_index, double temperature, double step, ThreadTeam& team) {
-  return metropolis_sweep(coloring, team, [&](Index vertex, std::size_t thread) {
-    const CounterRandom::Words words = random(sweep_index, vertex);
+double VertexProcess::delta_energy(std::size_t slot, const Vec3& position) {
+  visits_[0].load(*this, slot);
+  return visits_[0].delta_energy(model_, position);
+}
+
+ProposalCount VertexProcess::sweep(const CounterRandom& random, std::uint32_t sweep_index, double temperature,
+                                   double step, ThreadTeam& team) {
+  return metropolis_sweep(coloring_, team, [&](std::size_t slot, std::size_t thread) {
+    const CounterRandom::Words words = random(sweep_index, coloring_.sites[slot]);
     const Vec3 displacement(CounterRandom::symmetric(words[0]), CounterRandom::symmetric(words[1]),
                             CounterRandom::symmetric(words[2]));
-    VertexVisit& visit = visits_[thread];
-    visit.load(field_, rings_, model, vertex);
-    const double delta = visit.delta_energy(model, field_.positions[vertex] + step * displacement);
+    Visit& visit = visits_[thread];
+    visit.load(*this, slot);
+    const double delta = visit.delta_energy(model_, visit.position() + step * displacement);
     if (!metropolis_accepts(delta, temperature, words[3])) return false;
-    visit.accept(field_, rings_);
+    visit.accept(field_);
     return true;
   });
 }
