@@ -1,0 +1,57 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+
+#include "core/error.h"
+
+namespace crease {
+
+/// A number of `bytes` of the given byte order; the bytes must be there.
+template <typename Number>
+Number load(const char* bytes, bool big_endian) {
+  std::array<char, sizeof(Number)> raw{};
+  std::memcpy(raw.data(), bytes, sizeof(Number));
+  if (big_endian != (std::endian::native == std::endian::big)) std::reverse(raw.begin(), raw.end());
+  return std::bit_cast<Number>(raw);
+}
+
+/// Walks over untrusted binary data. Reading past the end is an Error mesh_truncated with the place "byte N".
+class ByteCursor {
+ public:
+  explicit ByteCursor(std::string_view bytes, std::size_t offset = 0, bool big_endian = false)
+      : bytes_(bytes), offset_(offset), big_endian_(big_endian) {}
+
+  std::size_t offset() const { return offset_; }
+  std::size_t rest() const { return bytes_.size() - offset_; }
+  bool big_endian() const { return big_endian_; }
+  std::string place() const { return fmt::format("byte {}", offset_); }
+
+  /// The next `count` bytes.
+  const char* take(std::size_t count) {
+    if (count > rest()) {
+      throw Error(code::kMeshTruncated, fmt::format("{} bytes are needed and {} are left", count, rest()), place());
+    }
+    const char* first = bytes_.data() + offset_;
+    offset_ += count;
+    return first;
+  }
+
+  template <typename Number>
+  Number read() {
+    return load<Number>(take(sizeof(Number)), big_endian_);
+  }
+
+ private:
+  std::string_view bytes_;
+  std::size_t offset_;
+  bool big_endian_;
+};
+
+}  // namespace crease

@@ -1,0 +1,62 @@
+#include "core/io/mesh_builder.h"
+
+namespace crease {
+namespace {
+
+void check_promise(std::string_view what, std::size_t count, std::size_t limit, std::size_t least_bytes_each,
+                   std::size_t bytes_left, const std::string& place) {
+  if (count > limit) MeshBuilder::fail_too_large(what, limit, place);
+  // One byte of grace: the last line of a text may lack its line end.
+  if (count > (bytes_left + 1) / least_bytes_each) {
+    throw Error(code::kMeshTruncated, fmt::format("the {} bytes left cannot hold {} {}", bytes_left, count, what),
+                place);
+  }
+}
+
+}  // namespace
+
+void MeshBuilder::expect_vertices(std::size_t count, std::size_t least_bytes_each, std::size_t bytes_left,
+                                  const std::string& place) {
+  check_promise("vertices", count, limits_.max_vertices, least_bytes_each, bytes_left, place);
+  mesh_.positions.reserve(count);
+}
+
+void MeshBuilder::expect_faces(std::size_t count, std::size_t least_bytes_each, std::size_t bytes_left,
+                               const std::string& place) {
+  check_promise("faces", count, limits_.max_faces, least_bytes_each, bytes_left, place);
+  mesh_.triangles.reserve(count);
+}
+
+DecodedMesh MeshBuilder::finish(MeshFormat format) {
+  if (polygons_ != 0) {
+    warn("polygons_triangulated", fmt::format("{} of more than 3 corners became {} triangles",
+                                              counted(polygons_, "face", "faces"), polygon_triangles_));
+  }
+  return {std::move(mesh_), format, std::move(warnings_)};
+}
+
+void MeshBuilder::fail_too_large(std::string_view what, std::size_t limit, const std::string& place) {
+  throw Error(code::kMeshTooLarge, fmt::format("more than {} {}", limit, what), place);
+}
+
+void MeshBuilder::fail_not_finite(const std::string& place) {
+  throw Error(code::kMeshNotFinite, "a vertex has a coordinate that is not a finite number", place);
+}
+
+void MeshBuilder::fail_few_corners(std::size_t corners, const std::string& place) {
+  throw Error(code::kMeshSyntax, fmt::format("a face has {}, fewer than 3", counted(corners, "corner", "corners")),
+              place);
+}
+
+void MeshBuilder::fail_index(std::int64_t index, std::size_t count) const {
+  throw Error(code::kMeshIndexOutOfRange,
+              fmt::format("the face names vertex {} (counted from 0), but there are {}", index,
+                          counted(count, "vertex", "vertices")),
+              face_place());
+}
+
+std::string counted(std::size_t count, std::string_view singular, std::string_view plural) {
+  return fmt::format("{} {}", count, count == 1 ? singular : plural);
+}
+
+}  // namespace crease

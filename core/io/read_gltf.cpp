@@ -1,0 +1,210 @@
+#include <cmath>
+#include <map>
+
+#include "core/io/mesh_builder.h"
+#include "core/io/read_gltf_scene.h"
+#include "core/io/readers.h"
+#include "core/io/weld.h"
+
+namespace crease {
+namespace {
+
+using gltf::Accessor;
+using gltf::Component;
+using gltf::Json;
+
+enum Mode : std::uint8_t { kTriangles = 4, kStrip = 5, kFan = 6 };
+
+/// The vertices of one POSITION accessor in one place.
+struct VertexRange {
+  std::size_t first = 0;
+  std::size_t count = 0;
+};
+
+class GltfReader {
+ public:
+  GltfReader(std::string_view bytes, const DecodeLimits& limits) : document_(bytes), builder_(limits) {}
+
+  DecodedMesh read() {
+    for (const gltf::MeshInstance& instance : mesh_instances(document_)) read_instance(instance);
+    share_vertices();
+    if (skipped_ != 0) {
+      builder_.warn(
+          "primitives_skipped",
+          counted(skipped_, "primitive of points or lines was", "primitives of points or lines were") + " skipped");
+    }
+    if (document_.trailing_bytes() != 0) {
+      builder_.warn("trailing_bytes",
+                    counted(document_.trailing_bytes(), "byte", "bytes") + " after the end of the GLB were ignored");
+    }
+    return builder_.finish(document_.is_binary() ? MeshFormat::kGlb : MeshFormat::kGltf);
+  }
+
+ private:
+  void read_instance(const gltf::MeshInstance& instance) {
+    const std::string place = fmt::format("mesh {}", instance.mesh);
+    const Json& mesh = document_.entry("meshes", instance.mesh, place);
+    ranges_.clear();
+    for (const Json& primitive : gltf::array_member(mesh, "primitives", place)) {
+      read_primitive(primitive, instance, place);
+    }
+  }
+
+  void read_primitive(const Json& primitive, const gltf::MeshInstance& instance, const std::string& place) {
+    const std::size_t mode = gltf::size_member_or(primitive, "mode", kTriangles, place);
+    if (mode > kFan) throw Error(code::kMeshSyntax, fmt::format("there is no primitive mode {}", mode), place);
+    if (mode < kTriangles) {
+      ++skipped_;
+      return;
+    }
+    const Json* attributes = gltf::find_member(primitive, "attributes", place);
+    if (attributes == nullptr) throw Error(code::kMeshSyntax, "'attributes' is missing", place);
+    const VertexRange range = read_vertices(*attributes, instance, place);
+    const std::vector<Index> corners = read_corners(primitive, range, place);
+    if (mode == kTriangles ? corners.size() % 3 != 0 : corners.size() < 3) {
+      throw Error(code::kMeshCountMismatch, fmt::format("{} corners make no triangles", corners.size()), place);
+    }
+    add_triangles(corners, static_cast<Mode>(mode), range, instance.transform.linear().determinant() < 0);
+  }
+
+  VertexRange read_vertices(const Json& attributes, const gltf::MeshInstance& instance, const std::string& place) {
+    const std::size_t index = gltf::size_member(attributes, "POSITION", place);
+    const auto [known, is_new] = ranges_.try_emplace(index);
+    if (!is_new) return known->second;
+    const Accessor accessor = document_.accessor(index, place);
+    if (accessor.components != 3 || accessor.elements.component != Component::kFloat) {
+      throw Error(code::kMeshUnsupported, "positions must be VEC3 of float", accessor.place);
+    }
+    VertexRange& range = known->second;
+    range = {builder_.vertices(), accessor.count()};
+    if (range.count > builder_.limits().max_vertices - range.first) {
+      MeshBuilder::fail_too_large("vertices", builder_.limits().max_vertices, accessor.place);
+    }
+    read_positions(accessor, instance, range);
+    if (attributes.contains("_SOURCE")) read_sources(gltf::size_member(attributes, "_SOURCE", place), range, place);
+    return range;
+  }
+
+  void read_positions(const Accessor& accessor, const gltf::MeshInstance& instance, const VertexRange& range) {
+    std::vector<Vec3>& positions = builder_.mesh().positions;
+    positions.resize(range.first + range.count);
+    gltf::for_each_element(accessor, [&](std::size_t element, const char* bytes) {
+      const Vec3 local(load<float>(bytes, false), load<float>(bytes + 4, false), load<float>(bytes + 8, false));
+      positions[range.first + element] = instance.moved ? Vec3(instance.transform * local) : local;
+    });
+    for (std::size_t i = 0; i < range.count; ++i) {
+      if (positions[range.first + i].allFinite()) continue;
+      throw Error(code::kMeshNotFinite, "a vertex has a coordinate that is not a finite number",
+                  fmt::format("{}, element {}", accessor.place, i));
+    }
+  }
+
+  /// Of copied vertices the original. Any other use of the name is none of ours: the attribute is then ignored.
+  void read_sources(std::size_t index, const VertexRange& range, const std::string& place) {
+    const Accessor accessor = document_.accessor(index, place);
+    std::vector<double> sources(accessor.count());
+    gltf::for_each_element(accessor, [&](std::size_t element, const char* bytes) {
+      const Component component = accessor.elements.component;
+      sources[element] = component == Component::kFloat ? static_cast<double>(load<float>(bytes, false))
+                                                        : gltf::load_unsigned(bytes, component, accessor.place);
+    });
+    if (accessor.components != 1 || !name_originals(sources, range)) {
+      builder_.warn("source_ignored",
+                    "the attribute _SOURCE does not name originals of copied vertices (" + place + "); it was ignored");
+      return;
+    }
+    for (std::size_t v = originals_.size(); v < range.first; ++v) originals_.push_back(static_cast<Index>(v));
+    for (const double source : sources) {
+      originals_.push_back(static_cast<Index>(range.first + static_cast<std::size_t>(source)));
+    }
+  }
+
+  bool name_originals(const std::vector<double>& sources, const VertexRange& range) {
+    if (sources.size() != range.count) return false;
+    const std::vector<Vec3>& positions = builder_.mesh().positions;
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      if (!(sources[i] >= 0 && sources[i] <= static_cast<double>(i)) || std::floor(sources[i]) != sources[i]) {
+        return false;
+      }
+      const auto original = static_cast<std::size_t>(sources[i]);
+      if (sources[original] != sources[i] || positions[range.first + original] != positions[range.first + i]) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  std::vector<Index> read_corners(const Json& primitive, const VertexRange& range, const std::string& place) {
+    std::vector<Index> corners;
+    if (gltf::find_member(primitive, "indices", place) == nullptr) {
+      for (std::size_t i = 0; i < range.count; ++i) corners.push_back(static_cast<Index>(i));
+      return corners;
+    }
+    const Accessor accessor = document_.accessor(gltf::size_member(primitive, "indices", place), place);
+    if (accessor.components != 1) throw Error(code::kMeshSyntax, "indices must be SCALAR", accessor.place);
+    if (accessor.count() / 3 > builder_.limits().max_faces) {
+      MeshBuilder::fail_too_large("faces", builder_.limits().max_faces, accessor.place);
+    }
+    corners.resize(accessor.count());
+    gltf::for_each_element(accessor, [&](std::size_t element, const char* bytes) {
+      corners[element] = gltf::load_unsigned(bytes, accessor.elements.component, accessor.place);
+    });
+    return corners;
+  }
+
+  void add_triangles(const std::vector<Index>& corners, Mode mode, const VertexRange& range, bool mirrored) {
+    const std::size_t count = mode == kTriangles ? corners.size() / 3 : corners.size() - 2;
+    for (std::size_t i = 0; i < count; ++i) {
+      std::array<std::size_t, 3> at{3 * i, 3 * i + 1, 3 * i + 2};
+      if (mode == kStrip) at = {i, i + 1 + i % 2, i + 2 - i % 2};
+      if (mode == kFan) at = {i + 1, i + 2, 0};
+      if (mirrored) std::swap(at[1], at[2]);
+      Triangle triangle{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        triangle[k] = static_cast<Index>(range.first) + builder_.checked_index(corners[at[k]], range.count);
+      }
+      builder_.add_face(triangle, [&] { return builder_.face_place(); });
+    }
+  }
+
+  /// Files of a renderer hold a vertex once per normal or texture coordinate: the surface would fall apart there.
+  void share_vertices() {
+    if (!originals_.empty()) {
+      fold_copies();
+      return;
+    }
+    const std::size_t removed = weld_by_position(builder_.mesh());
+    if (removed == 0) return;
+    builder_.warn("vertices_welded", counted(removed, "vertex that lies exactly where an earlier one does was",
+                                             "vertices that lie exactly where earlier ones do were") +
+                                         " welded to it");
+  }
+
+  void fold_copies() {
+    Mesh& mesh = builder_.mesh();
+    for (std::size_t v = originals_.size(); v < mesh.positions.size(); ++v) originals_.push_back(static_cast<Index>(v));
+    std::vector<Index> renumbered(originals_.size(), kNone);
+    Index kept = 0;
+    for (std::size_t v = 0; v < originals_.size(); ++v) {
+      if (originals_[v] != v) continue;
+      mesh.positions[kept] = mesh.positions[v];
+      renumbered[v] = kept++;
+    }
+    mesh.positions.resize(kept);
+    for (Triangle& triangle : mesh.triangles) {
+      for (Index& corner : triangle) corner = renumbered[originals_[corner]];
+    }
+  }
+
+  gltf::Document document_;
+  MeshBuilder builder_;
+  std::map<std::size_t, VertexRange> ranges_;  ///< of the current instance, by POSITION accessor
+  std::vector<Index> originals_;               ///< per vertex, where a _SOURCE names them; may be shorter
+  std::size_t skipped_ = 0;
+};
+
+}  // namespace
+
+DecodedMesh read_gltf(std::string_view bytes, const DecodeLimits& limits) { return GltfReader(bytes, limits).read(); }
+
+}  // namespace crease

@@ -1,0 +1,232 @@
+#include "core/io/read_gltf_document.h"
+
+#include "core/io/base64.h"
+#include "core/io/text_cursor.h"
+
+namespace crease::gltf {
+namespace {
+
+constexpr std::uint32_t kJsonChunk = 0x4e4f534a;
+constexpr std::uint32_t kBinaryChunk = 0x004e4942;
+
+std::size_t size_of(Component component) {
+  switch (component) {
+    case Component::kInt8:
+    case Component::kUint8:
+      return 1;
+    case Component::kInt16:
+    case Component::kUint16:
+      return 2;
+    case Component::kUint32:
+    case Component::kFloat:
+      break;
+  }
+  return 4;
+}
+
+Component component_member(const Json& object, const std::string& place) {
+  const std::size_t value = size_member(object, "componentType", place);
+  if (value < 5120 || value > 5126 || value == 5124) {
+    throw Error(code::kMeshSyntax, fmt::format("there is no component type {}", value), place);
+  }
+  return static_cast<Component>(value);
+}
+
+/// Extensions that change how a surface looks, not where it is.
+bool concerns_appearance(std::string_view extension) {
+  return extension.starts_with("KHR_materials_") || extension.starts_with("KHR_texture_") ||
+         extension.starts_with("EXT_texture_") || extension == "KHR_lights_punctual";
+}
+
+}  // namespace
+
+Document::Document(std::string_view bytes) : file_size_(bytes.size()) {
+  is_binary_ = bytes.starts_with("glTF");
+  if (is_binary_) {
+    read_chunks(bytes);
+  } else {
+    root_ = parse_json(bytes, 0);
+  }
+  check_versions();
+  load_buffers();
+}
+
+void Document::read_chunks(std::string_view bytes) {
+  ByteCursor head(bytes);
+  head.take(4);
+  const auto version = head.read<std::uint32_t>();
+  if (version != 2) throw Error(code::kMeshUnsupported, fmt::format("GLB version {}", version), "byte 4");
+  const std::size_t length = head.read<std::uint32_t>();
+  if (length > bytes.size()) {
+    throw Error(code::kMeshTruncated, fmt::format("the head names {} bytes, there are {}", length, bytes.size()),
+                "byte 8");
+  }
+  if (length < head.offset()) throw Error(code::kMeshSyntax, "the length is that of no GLB", "byte 8");
+  trailing_bytes_ = bytes.size() - length;
+  ByteCursor cursor(bytes.substr(0, length), head.offset());
+  bool has_json = false;
+  while (!has_json || cursor.rest() != 0) {
+    const std::string place = cursor.place();
+    const std::size_t size = cursor.read<std::uint32_t>();
+    const auto type = cursor.read<std::uint32_t>();
+    if (!has_json && type != kJsonChunk) throw Error(code::kMeshSyntax, "the first chunk is not JSON", place);
+    const std::size_t offset = cursor.offset();
+    const std::string_view chunk(cursor.take(size), size);
+    if (!has_json) {
+      root_ = parse_json(chunk.substr(0, chunk.find_last_not_of('\0') + 1), offset);
+      has_json = true;
+    } else if (type == kBinaryChunk && !binary_chunk_) {
+      binary_chunk_ = chunk;
+    }
+  }
+}
+
+void Document::check_versions() const {
+  const std::string place = "asset";
+  const Json* asset = find_member(root_, "asset", place);
+  if (asset == nullptr) throw Error(code::kMeshSyntax, "a glTF file has a member 'asset'", place);
+  const Json* version = find_member(*asset, "version", place);
+  if (version == nullptr || !version->is_string()) {
+    throw Error(code::kMeshSyntax, "'version' must be a string", place);
+  }
+  const std::string& number = version->get_ref<const std::string&>();
+  if (!number.starts_with("2.")) throw Error(code::kMeshUnsupported, "glTF version " + printable(number), place);
+  for (const Json& extension : array_member(root_, "extensionsRequired", "extensionsRequired")) {
+    if (!extension.is_string()) throw Error(code::kMeshSyntax, "an extension's name is a string", "extensionsRequired");
+    const std::string& name = extension.get_ref<const std::string&>();
+    if (concerns_appearance(name)) continue;
+    throw Error(code::kMeshUnsupported, "the file requires the extension " + printable(name), "extensionsRequired");
+  }
+}
+
+void Document::load_buffers() {
+  const std::size_t count = array_member(root_, "buffers", "buffers").size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string place = fmt::format("buffer {}", i);
+    Json& buffer = root_["buffers"][i];
+    const std::size_t length = size_member(buffer, "byteLength", place);
+    const std::string_view data = buffer_data(i, buffer, place);
+    if (length > data.size()) {
+      throw Error(code::kMeshCountMismatch, fmt::format("byteLength is {}, there are {} bytes", length, data.size()),
+                  place);
+    }
+    buffers_.push_back(data.substr(0, length));
+  }
+}
+
+std::string_view Document::buffer_data(std::size_t index, Json& buffer, const std::string& place) {
+  const Json* uri = find_member(buffer, "uri", place);
+  if (uri == nullptr) {
+    if (index == 0 && binary_chunk_) return *binary_chunk_;
+    throw Error(code::kMeshUnsupported, "the buffer has no data", place);
+  }
+  if (!uri->is_string()) throw Error(code::kMeshSyntax, "'uri' must be a string", place);
+  const std::string_view text = uri->get_ref<const std::string&>();
+  const std::size_t comma = text.find(',');
+  if (!text.starts_with("data:") || comma == std::string_view::npos || !text.substr(0, comma).ends_with(";base64")) {
+    throw Error(code::kMeshUnsupported, "only buffers embedded as base64 are read, not '" + printable(text) + "'",
+                place);
+  }
+  std::optional<std::string> data = decode_base64(text.substr(comma + 1));
+  if (!data) throw Error(code::kMeshSyntax, "the data are not base64", place);
+  buffer.erase("uri");  // the text is not needed again
+  return decoded_.emplace_back(std::move(*data));
+}
+
+const Json& Document::entry(const char* array, std::size_t index, const std::string& place) const {
+  const Json& entries = array_member(root_, array, array);
+  if (index >= entries.size()) {
+    throw Error(code::kMeshIndexOutOfRange, fmt::format("{} {} of {} is named", array, index, entries.size()), place);
+  }
+  return entries[index];
+}
+
+Accessor Document::accessor(std::size_t index, const std::string& place) const {
+  const Json& object = entry("accessors", index, place);
+  Accessor accessor;
+  accessor.place = fmt::format("accessor {}", index);
+  const Json* type = find_member(object, "type", accessor.place);
+  if (type == nullptr || (*type != "SCALAR" && *type != "VEC3")) {
+    throw Error(code::kMeshSyntax, "the type must be SCALAR or VEC3 here", accessor.place);
+  }
+  accessor.components = *type == "SCALAR" ? 1 : 3;
+  const std::size_t count = size_member(object, "count", accessor.place);
+  const Component component = component_member(object, accessor.place);
+  if (find_member(object, "bufferView", accessor.place) != nullptr) {
+    accessor.elements = elements(object, count, component, accessor.components, accessor.place);
+  } else if (count > file_size_) {
+    throw Error(code::kMeshCountMismatch,
+                fmt::format("{} elements without data in a file of {} bytes", count, file_size_), accessor.place);
+  } else {
+    accessor.elements = {nullptr, 0, count, component};
+  }
+  const Json* sparse = find_member(object, "sparse", accessor.place);
+  if (sparse != nullptr) read_sparse(*sparse, accessor);
+  return accessor;
+}
+
+Elements Document::elements(const Json& object, std::size_t count, Component component, std::size_t components,
+                            const std::string& place) const {
+  const std::size_t view_index = size_member(object, "bufferView", place);
+  const Json& view = entry("bufferViews", view_index, place);
+  const std::string view_place = fmt::format("bufferView {}", view_index);
+  const std::size_t buffer_index = size_member(view, "buffer", view_place);
+  if (buffer_index >= buffers_.size()) {
+    throw Error(code::kMeshIndexOutOfRange, fmt::format("buffer {} of {} is named", buffer_index, buffers_.size()),
+                view_place);
+  }
+  const std::string_view buffer = buffers_[buffer_index];
+  const std::size_t view_offset = size_member_or(view, "byteOffset", 0, view_place);
+  const std::size_t view_length = size_member(view, "byteLength", view_place);
+  if (view_offset > buffer.size() || view_length > buffer.size() - view_offset) {
+    throw Error(code::kMeshCountMismatch,
+                fmt::format("{} bytes from byte {} of a buffer of {}", view_length, view_offset, buffer.size()),
+                view_place);
+  }
+  const std::size_t element_size = size_of(component) * components;
+  const std::size_t stride = size_member_or(view, "byteStride", element_size, view_place);
+  if (stride < element_size) throw Error(code::kMeshSyntax, "'byteStride' is less than an element", view_place);
+  const std::size_t offset = size_member_or(object, "byteOffset", 0, place);
+  const bool fits = count == 0 || (offset <= view_length && view_length - offset >= element_size &&
+                                   count - 1 <= (view_length - offset - element_size) / stride);
+  if (!fits) {
+    throw Error(code::kMeshCountMismatch,
+                fmt::format("{} elements from byte {} of a buffer view of {} bytes", count, offset, view_length),
+                place);
+  }
+  return {buffer.data() + view_offset + offset, stride, count, component};
+}
+
+void Document::read_sparse(const Json& sparse, Accessor& accessor) const {
+  const std::string place = accessor.place + ", sparse";
+  const std::size_t count = size_member(sparse, "count", place);
+  if (count > accessor.count()) {
+    throw Error(code::kMeshCountMismatch, fmt::format("{} of {} elements are replaced", count, accessor.count()),
+                place);
+  }
+  const Json* indices = find_member(sparse, "indices", place);
+  const Json* values = find_member(sparse, "values", place);
+  if (indices == nullptr || values == nullptr) {
+    throw Error(code::kMeshSyntax, "'indices' or 'values' is missing", place);
+  }
+  accessor.sparse_indices = elements(*indices, count, component_member(*indices, place), 1, place);
+  accessor.sparse_values = elements(*values, count, accessor.elements.component, accessor.components, place);
+}
+
+std::uint32_t load_unsigned(const char* at, Component component, const std::string& place) {
+  switch (component) {
+    case Component::kUint8:
+      return load<std::uint8_t>(at, false);
+    case Component::kUint16:
+      return load<std::uint16_t>(at, false);
+    case Component::kUint32:
+      return load<std::uint32_t>(at, false);
+    case Component::kInt8:
+    case Component::kInt16:
+    case Component::kFloat:
+      break;
+  }
+  throw Error(code::kMeshSyntax, "the component type must be that of a whole number without sign", place);
+}
+
+}  // namespace crease::gltf

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/io/byte_cursor.h"
+#include "core/io/read_gltf_json.h"
+
+namespace crease::gltf {
+
+enum class Component : std::uint16_t {
+  kInt8 = 5120,
+  kUint8 = 5121,
+  kInt16 = 5122,
+  kUint16 = 5123,
+  kUint32 = 5125,
+  kFloat = 5126,
+};
+
+/// Bytes of a buffer that are known to be there, `count` elements of them.
+struct Elements {
+  const char* data = nullptr;  ///< null: all zeros
+  std::size_t stride = 0;
+  std::size_t count = 0;
+  Component component = Component::kFloat;
+};
+
+/// An accessor whose every element can be read.
+struct Accessor {
+  Elements elements;
+  std::size_t components = 1;  ///< 1 for SCALAR, 3 for VEC3
+  Elements sparse_indices;     ///< of the elements that are replaced; count 0 for none
+  Elements sparse_values;
+  std::string place;
+
+  std::size_t count() const { return elements.count; }
+};
+
+/// A glTF or GLB file with its buffers, all of them embedded.
+class Document {
+ public:
+  /// \throw Error mesh_syntax, mesh_truncated, mesh_unsupported, mesh_too_large, mesh_count_mismatch
+  explicit Document(std::string_view bytes);
+
+  const Json& root() const { return root_; }
+  /// The bytes behind the end that a GLB names.
+  std::size_t trailing_bytes() const { return trailing_bytes_; }
+  bool is_binary() const { return is_binary_; }
+
+  /// An entry of one of the root's arrays. \throw Error mesh_index_out_of_range; `place` names who asked
+  const Json& entry(const char* array, std::size_t index, const std::string& place) const;
+
+  /// \throw Error mesh_syntax, mesh_index_out_of_range, mesh_count_mismatch, mesh_unsupported
+  Accessor accessor(std::size_t index, const std::string& place) const;
+
+ private:
+  void read_chunks(std::string_view bytes);
+  void check_versions() const;
+  void load_buffers();
+  std::string_view buffer_data(std::size_t index, Json& buffer, const std::string& place);
+  Elements elements(const Json& object, std::size_t count, Component component, std::size_t components,
+                    const std::string& place) const;
+  void read_sparse(const Json& sparse, Accessor& accessor) const;
+
+  std::size_t file_size_;
+  std::size_t trailing_bytes_ = 0;
+  bool is_binary_ = false;
+  Json root_;
+  std::optional<std::string_view> binary_chunk_;
+  std::deque<std::string> decoded_;
+  std::vector<std::string_view> buffers_;
+};
+
+/// An index or other whole number of one component. \throw Error mesh_syntax for other component types
+std::uint32_t load_unsigned(const char* at, Component component, const std::string& place);
+
+/// Calls `visit(element, bytes)` for every element in order, then for those that a sparse accessor replaces.
+template <typename Visit>
+void for_each_element(const Accessor& accessor, Visit&& visit) {
+  constexpr std::array<char, 16> kZeros{};
+  for (std::size_t i = 0; i < accessor.count(); ++i) {
+    visit(i, accessor.elements.data == nullptr ? kZeros.data() : accessor.elements.data + i * accessor.elements.stride);
+  }
+  const Elements& indices = accessor.sparse_indices;
+  for (std::size_t i = 0; i < indices.count; ++i) {
+    const std::size_t element = load_unsigned(indices.data + i * indices.stride, indices.component, accessor.place);
+    if (element >= accessor.count()) {
+      throw Error(code::kMeshIndexOutOfRange,
+                  fmt::format("a sparse index is {}, but there are {} elements", element, accessor.count()),
+                  accessor.place);
+    }
+    visit(element, accessor.sparse_values.data + i * accessor.sparse_values.stride);
+  }
+}
+
+}  // namespace crease::gltf

@@ -1,0 +1,127 @@
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "core/io/mesh_builder.h"
+#include "core/io/readers.h"
+#include "core/io/text_cursor.h"
+
+namespace crease {
+namespace {
+
+/// Statements that say nothing of the surface's shape.
+constexpr std::array<std::string_view, 17> kAppearance{
+    "vt",     "vn",  "vp",    "g",        "o",        "s",          "mtllib",    "usemtl", "usemap",
+    "maplib", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "mg"};
+
+class ObjReader {
+ public:
+  ObjReader(std::string_view bytes, const DecodeLimits& limits)
+      : cursor_(bytes, {.comment = '#', .backslash = true}), builder_(limits) {}
+
+  DecodedMesh read() {
+    while (cursor_.skip_to_word()) {
+      read_statement(cursor_.word());
+      cursor_.skip_line();
+    }
+    check_forward_faces();
+    warn_of_skipped();
+    return builder_.finish(MeshFormat::kObj);
+  }
+
+ private:
+  /// A face that names a vertex which had not been read yet.
+  struct ForwardFace {
+    std::size_t face;
+    std::size_t line;
+    std::int64_t largest;  ///< counted from 0
+  };
+
+  void read_statement(std::string_view keyword) {
+    if (keyword == "v") {
+      read_vertex();
+    } else if (keyword == "f") {
+      read_face();
+    } else if (keyword == "l") {
+      ++lines_;
+    } else if (keyword == "p") {
+      ++points_;
+    } else if (std::find(kAppearance.begin(), kAppearance.end(), keyword) == kAppearance.end()) {
+      if (unknown_++ == 0) first_unknown_ = printable(keyword);
+    }
+  }
+
+  void read_vertex() {
+    const double x = cursor_.number("x");
+    const double y = cursor_.number("y");
+    const double z = cursor_.number("z");
+    builder_.add_vertex(x, y, z, [&] { return cursor_.place(); });
+  }
+
+  void read_face() {
+    corners_.clear();
+    std::int64_t largest = -1;
+    while (!cursor_.at_line_end()) {
+      const std::int64_t index = read_corner();
+      largest = std::max(largest, index);
+      corners_.push_back(static_cast<Index>(index));
+    }
+    if (largest >= static_cast<std::int64_t>(builder_.vertices())) {
+      forward_.push_back({builder_.faces(), cursor_.line(), largest});
+    }
+    builder_.add_face(corners_, [&] { return cursor_.place(); });
+  }
+
+  /// v, v/vt, v//vn or v/vt/vn, from 1, or negative from the last vertex: the vertex from 0.
+  std::int64_t read_corner() {
+    std::int64_t index = 0;
+    if (!cursor_.leading_integer(index) || !cursor_.skip_word_of("/-0123456789")) {
+      cursor_.fail(code::kMeshSyntax, "expected v, v/vt, v//vn or v/vt/vn, found '" + printable(cursor_.word()) + "'");
+    }
+    const auto vertices = static_cast<std::int64_t>(builder_.vertices());
+    if (index == 0 || index < -vertices || index > std::int64_t{kNone}) fail_index(index, builder_.face_place());
+    return index > 0 ? index - 1 : vertices + index;
+  }
+
+  void check_forward_faces() const {
+    for (const ForwardFace& forward : forward_) {
+      if (forward.largest < static_cast<std::int64_t>(builder_.vertices())) continue;
+      throw Error(code::kMeshIndexOutOfRange,
+                  fmt::format("line {} names vertex {}, but there are {}", forward.line, forward.largest + 1,
+                              counted(builder_.vertices(), "vertex", "vertices")),
+                  fmt::format("face {}", forward.face));
+    }
+  }
+
+  [[noreturn]] void fail_index(std::int64_t index, const std::string& place) const {
+    throw Error(code::kMeshIndexOutOfRange,
+                fmt::format("line {} names vertex {}; vertices count from 1, or from -1 backwards over the {} so far",
+                            cursor_.line(), index, builder_.vertices()),
+                place);
+  }
+
+  void warn_of_skipped() {
+    if (lines_ + points_ != 0) {
+      builder_.warn("elements_skipped", fmt::format("{} and {} were skipped: only faces are read",
+                                                    counted(lines_, "line element", "line elements"),
+                                                    counted(points_, "point element", "point elements")));
+    }
+    if (unknown_ != 0) {
+      builder_.warn("statements_skipped", fmt::format("{} of unknown kinds skipped, the first '{}'",
+                                                      counted(unknown_, "statement", "statements"), first_unknown_));
+    }
+  }
+
+  TextCursor cursor_;
+  MeshBuilder builder_;
+  std::vector<Index> corners_;
+  std::vector<ForwardFace> forward_;
+  std::size_t lines_ = 0, points_ = 0, unknown_ = 0;
+  std::string first_unknown_;
+};
+
+}  // namespace
+
+DecodedMesh read_obj(std::string_view bytes, const DecodeLimits& limits) { return ObjReader(bytes, limits).read(); }
+
+}  // namespace crease

@@ -1,0 +1,251 @@
+#include <algorithm>
+#include <array>
+
+#include "core/io/byte_cursor.h"
+#include "core/io/mesh_builder.h"
+#include "core/io/read_ply_header.h"
+#include "core/io/readers.h"
+
+namespace crease {
+namespace {
+
+constexpr std::size_t kLeastAsciiValueBytes = 2;
+
+/// The body as values, one line per element.
+class AsciiBody {
+ public:
+  explicit AsciiBody(TextCursor cursor) : cursor_(cursor) {}
+
+  void begin_element() {
+    if (!cursor_.skip_to_word()) cursor_.fail_expected("an element");
+  }
+  void end_element() {
+    if (!cursor_.at_line_end()) cursor_.fail(code::kMeshSyntax, "more values than the header has properties");
+    cursor_.skip_line();
+  }
+  double number(PlyType /*type*/) { return cursor_.number("a number"); }
+  std::int64_t integer(PlyType /*type*/) { return cursor_.integer("a vertex index"); }
+  std::size_t length(PlyType /*type*/) { return cursor_.count("a list's length"); }
+  void skip(PlyType /*type*/, std::size_t count) {
+    for (; count != 0; --count) {
+      if (cursor_.word().empty()) cursor_.fail_expected("a value");
+    }
+  }
+  void require(PlyType /*type*/, std::size_t /*count*/) {}
+  std::string place() const { return cursor_.place(); }
+  std::size_t rest() const { return cursor_.rest(); }
+  static std::size_t least_bytes(PlyType /*type*/) { return kLeastAsciiValueBytes; }
+  bool has_trailing() { return cursor_.skip_to_word(); }
+
+ private:
+  TextCursor cursor_;
+};
+
+/// The body as values of the types that the header names.
+class BinaryBody {
+ public:
+  BinaryBody(std::string_view bytes, std::size_t offset, bool big_endian) : cursor_(bytes, offset, big_endian) {}
+
+  void begin_element() { start_ = cursor_.offset(); }
+  void end_element() {}
+  double number(PlyType type) {
+    const char* at = cursor_.take(size_of(type));
+    const bool big = cursor_.big_endian();
+    switch (type) {
+      case PlyType::kInt8:
+        return load<std::int8_t>(at, big);
+      case PlyType::kUint8:
+        return load<std::uint8_t>(at, big);
+      case PlyType::kInt16:
+        return load<std::int16_t>(at, big);
+      case PlyType::kUint16:
+        return load<std::uint16_t>(at, big);
+      case PlyType::kInt32:
+        return load<std::int32_t>(at, big);
+      case PlyType::kUint32:
+        return load<std::uint32_t>(at, big);
+      case PlyType::kFloat32:
+        return static_cast<double>(load<float>(at, big));
+      case PlyType::kFloat64:
+        break;
+    }
+    return load<double>(at, big);
+  }
+  /// Of a whole-number type: exact in a double.
+  std::int64_t integer(PlyType type) { return static_cast<std::int64_t>(number(type)); }
+  std::size_t length(PlyType type) {
+    const std::int64_t value = integer(type);
+    if (value < 0) throw Error(code::kMeshSyntax, fmt::format("a list of length {}", value), place());
+    return static_cast<std::size_t>(value);
+  }
+  void skip(PlyType type, std::size_t count) { cursor_.take(count * size_of(type)); }
+  void require(PlyType type, std::size_t count) const { ByteCursor(cursor_).take(count * size_of(type)); }
+  std::string place() const { return fmt::format("byte {}", start_); }
+  std::size_t rest() const { return cursor_.rest(); }
+  static std::size_t least_bytes(PlyType type) { return size_of(type); }
+  bool has_trailing() {
+    start_ = cursor_.offset();
+    return cursor_.rest() != 0;
+  }
+
+ private:
+  ByteCursor cursor_;
+  std::size_t start_ = 0;  ///< of the current element
+};
+
+bool is_corner_list(const PlyProperty& property) {
+  return property.count_type.has_value() && (property.name == "vertex_indices" || property.name == "vertex_index");
+}
+
+template <typename Body>
+class BodyReader {
+ public:
+  BodyReader(Body body, const PlyHeader& header, const DecodeLimits& limits)
+      : body_(std::move(body)), header_(header), builder_(limits) {}
+
+  DecodedMesh read() {
+    for (const PlyElement& element : header_.elements) {
+      if (element.name != "vertex") continue;
+      vertex_count_ = element.count;
+      if (vertex_count_ > builder_.limits().max_vertices) {
+        MeshBuilder::fail_too_large("vertices", builder_.limits().max_vertices, element.place);
+      }
+    }
+    for (const PlyElement& element : header_.elements) {
+      if (element.name == "vertex") {
+        read_vertices(element);
+      } else if (element.name == "face") {
+        read_faces(element);
+      } else {
+        skip_elements(element);
+      }
+    }
+    if (body_.has_trailing()) {
+      builder_.warn("trailing_bytes", "everything after the last element was ignored, from " + body_.place());
+    }
+    return builder_.finish(MeshFormat::kPly);
+  }
+
+ private:
+  static std::size_t least_bytes(const PlyElement& element) {
+    std::size_t bytes = 0;
+    for (const PlyProperty& property : element.properties) {
+      bytes += Body::least_bytes(property.count_type.value_or(property.type));
+      if (is_corner_list(property) && element.name == "face") bytes += 3 * Body::least_bytes(property.type);
+    }
+    return bytes;
+  }
+
+  void skip_property(const PlyProperty& property) {
+    body_.skip(property.type, property.count_type ? body_.length(*property.count_type) : 1);
+  }
+
+  void skip_elements(const PlyElement& element) {
+    const std::size_t least = least_bytes(element);
+    if (least == 0) return;
+    if (element.count > (body_.rest() + 1) / least) {
+      throw Error(code::kMeshTruncated,
+                  fmt::format("the {} bytes left cannot hold {} elements '{}'", body_.rest(), element.count,
+                              printable(element.name)),
+                  element.place);
+    }
+    for (std::size_t i = 0; i < element.count; ++i) {
+      body_.begin_element();
+      for (const PlyProperty& property : element.properties) skip_property(property);
+      body_.end_element();
+    }
+  }
+
+  /// For every property the coordinate it holds, or 3.
+  static std::vector<std::size_t> coordinate_slots(const PlyElement& element) {
+    constexpr std::string_view kNames = "xyz";
+    std::vector<std::size_t> slots;
+    std::array<int, 3> seen{};
+    for (const PlyProperty& property : element.properties) {
+      const bool is_coordinate = !property.count_type && property.name.size() == 1;
+      slots.push_back(is_coordinate ? std::min<std::size_t>(kNames.find(property.name), 3) : 3);
+      if (slots.back() < 3) ++seen[slots.back()];
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (seen[k] == 1) continue;
+      throw Error(code::kMeshSyntax,
+                  fmt::format("the vertices have {} properties '{}', expected one", seen[k], kNames[k]), element.place);
+    }
+    return slots;
+  }
+
+  void read_vertices(const PlyElement& element) {
+    const std::vector<std::size_t> slots = coordinate_slots(element);
+    builder_.expect_vertices(element.count, least_bytes(element), body_.rest(), element.place);
+    std::array<double, 3> position{};
+    for (std::size_t i = 0; i < element.count; ++i) {
+      body_.begin_element();
+      for (std::size_t k = 0; k < slots.size(); ++k) {
+        if (slots[k] < 3) {
+          position[slots[k]] = body_.number(element.properties[k].type);
+        } else {
+          skip_property(element.properties[k]);
+        }
+      }
+      builder_.add_vertex(position[0], position[1], position[2], [&] { return body_.place(); });
+      body_.end_element();
+    }
+  }
+
+  static std::size_t corner_list(const PlyElement& element) {
+    const auto& properties = element.properties;
+    const auto found = std::find_if(properties.begin(), properties.end(), is_corner_list);
+    if (found == properties.end()) {
+      throw Error(code::kMeshNoFaces, "the faces have no list 'vertex_indices' or 'vertex_index'", element.place);
+    }
+    if (found->type == PlyType::kFloat32 || found->type == PlyType::kFloat64) {
+      throw Error(code::kMeshSyntax, "vertex indices must be of a whole-number type", element.place);
+    }
+    return static_cast<std::size_t>(found - properties.begin());
+  }
+
+  void read_faces(const PlyElement& element) {
+    if (element.count == 0) return;
+    const std::size_t list = corner_list(element);
+    builder_.expect_faces(element.count, least_bytes(element), body_.rest(), element.place);
+    for (std::size_t i = 0; i < element.count; ++i) {
+      body_.begin_element();
+      for (std::size_t k = 0; k < element.properties.size(); ++k) {
+        if (k == list) {
+          read_corners(element.properties[k]);
+        } else {
+          skip_property(element.properties[k]);
+        }
+      }
+      builder_.add_face(corners_, [&] { return body_.place(); });
+      body_.end_element();
+    }
+  }
+
+  void read_corners(const PlyProperty& property) {
+    const std::size_t count = body_.length(*property.count_type);
+    body_.require(property.type, count);
+    corners_.clear();
+    for (std::size_t k = 0; k < count; ++k) {
+      corners_.push_back(builder_.checked_index(body_.integer(property.type), vertex_count_));
+    }
+  }
+
+  Body body_;
+  const PlyHeader& header_;
+  MeshBuilder builder_;
+  std::size_t vertex_count_ = 0;
+  std::vector<Index> corners_;
+};
+
+}  // namespace
+
+DecodedMesh read_ply(std::string_view bytes, const DecodeLimits& limits) {
+  TextCursor cursor(bytes, {});
+  const PlyHeader header = read_ply_header(bytes, cursor);
+  if (header.encoding == PlyEncoding::kAscii) return BodyReader(AsciiBody(cursor), header, limits).read();
+  const bool big_endian = header.encoding == PlyEncoding::kBigEndian;
+  return BodyReader(BinaryBody(bytes, header.binary_start, big_endian), header, limits).read();
+}
+
+}  // namespace crease

@@ -1,0 +1,168 @@
+#include <algorithm>
+#include <cctype>
+
+#include "core/io/byte_cursor.h"
+#include "core/io/mesh_builder.h"
+#include "core/io/readers.h"
+#include "core/io/text_cursor.h"
+#include "core/io/weld.h"
+
+namespace crease {
+namespace {
+
+constexpr std::size_t kHeaderBytes = 80;
+constexpr std::size_t kCountEnd = kHeaderBytes + 4;
+constexpr std::size_t kFacetBytes = 50;
+constexpr std::size_t kNormalBytes = 12;
+
+/// Facets to a mesh with shared vertices.
+class StlBuilder {
+ public:
+  explicit StlBuilder(const DecodeLimits& limits) : builder(limits) {}
+
+  template <typename Place>
+  Index corner(const Vec3& position, Place&& place) {
+    ++corners_;
+    if (!position.allFinite()) builder.add_vertex(position.x(), position.y(), position.z(), place);
+    const Index vertex = lookup_.find_or_append(builder.mesh().positions, position);
+    if (builder.vertices() > builder.limits().max_vertices) {
+      MeshBuilder::fail_too_large("vertices", builder.limits().max_vertices, place());
+    }
+    return vertex;
+  }
+
+  DecodedMesh finish() {
+    if (corners_ != builder.vertices()) {
+      builder.warn("stl_vertices_welded", fmt::format("{} facet corners were welded to {} by exact position", corners_,
+                                                      counted(builder.vertices(), "vertex", "vertices")));
+    }
+    return builder.finish(MeshFormat::kStl);
+  }
+
+  MeshBuilder builder;
+
+ private:
+  PositionIndex lookup_;
+  std::size_t corners_ = 0;
+};
+
+DecodedMesh read_binary(std::string_view bytes, const DecodeLimits& limits) {
+  StlBuilder stl(limits);
+  ByteCursor cursor(bytes);
+  cursor.take(kHeaderBytes);
+  const std::string count_place = cursor.place();
+  const std::size_t facets = cursor.read<std::uint32_t>();
+  if (facets > limits.max_faces) MeshBuilder::fail_too_large("faces", limits.max_faces, count_place);
+  if (facets > cursor.rest() / kFacetBytes) {
+    throw Error(code::kMeshTruncated,
+                fmt::format("the count promises {} facets, the {} bytes after it hold {}", facets, cursor.rest(),
+                            cursor.rest() / kFacetBytes),
+                count_place);
+  }
+  stl.builder.mesh().triangles.reserve(facets);
+  for (std::size_t i = 0; i < facets; ++i) {
+    cursor.take(kNormalBytes);
+    Triangle corners{};
+    for (Index& corner : corners) {
+      const std::size_t offset = cursor.offset();
+      const float x = cursor.read<float>();
+      const float y = cursor.read<float>();
+      const float z = cursor.read<float>();
+      corner = stl.corner(Vec3(x, y, z), [&] { return fmt::format("byte {}", offset); });
+    }
+    cursor.take(2);
+    stl.builder.add_face(corners, [&] { return cursor.place(); });
+  }
+  if (cursor.rest() != 0) {
+    stl.builder.warn("trailing_bytes", fmt::format("{} after the last facet were ignored, from {}",
+                                                   counted(cursor.rest(), "byte", "bytes"), cursor.place()));
+  }
+  return stl.finish();
+}
+
+class AsciiReader {
+ public:
+  AsciiReader(std::string_view bytes, const DecodeLimits& limits) : cursor_(bytes, {}), stl_(limits) {}
+
+  DecodedMesh read() {
+    do {
+      expect("solid");
+      cursor_.skip_line();
+      read_facets();
+      cursor_.skip_line();
+    } while (cursor_.skip_to_word());
+    return stl_.finish();
+  }
+
+ private:
+  void read_facets() {
+    for (;;) {
+      if (!cursor_.skip_to_word()) cursor_.fail_expected("'facet' or 'endsolid'");
+      const std::string_view keyword = cursor_.word();
+      if (is(keyword, "endsolid") || is(keyword, "end")) return;
+      if (!is(keyword, "facet")) fail_keyword("'facet' or 'endsolid'", keyword);
+      expect("normal");
+      for (int k = 0; k < 3 && !cursor_.at_line_end(); ++k) cursor_.word();
+      expect("outer");
+      expect("loop");
+      read_loop();
+      expect("endfacet");
+    }
+  }
+
+  void read_loop() {
+    corners_.clear();
+    for (;;) {
+      if (!cursor_.skip_to_word()) cursor_.fail_expected("'vertex' or 'endloop'");
+      const std::string_view keyword = cursor_.word();
+      if (is(keyword, "endloop")) break;
+      if (!is(keyword, "vertex")) fail_keyword("'vertex' or 'endloop'", keyword);
+      const double x = cursor_.number("x");
+      const double y = cursor_.number("y");
+      const double z = cursor_.number("z");
+      corners_.push_back(stl_.corner(Vec3(x, y, z), [&] { return cursor_.place(); }));
+    }
+    stl_.builder.add_face(corners_, [&] { return cursor_.place(); });
+  }
+
+  void expect(std::string_view keyword) {
+    const std::string wanted = fmt::format("'{}'", keyword);
+    if (!cursor_.skip_to_word()) cursor_.fail_expected(wanted);
+    const std::string_view found = cursor_.word();
+    if (!is(found, keyword)) fail_keyword(wanted, found);
+  }
+
+  static bool is(std::string_view word, std::string_view keyword) {
+    return word.size() == keyword.size() && std::equal(word.begin(), word.end(), keyword.begin(),
+                                                       [](unsigned char a, char b) { return std::tolower(a) == b; });
+  }
+
+  [[noreturn]] void fail_keyword(std::string_view wanted, std::string_view found) const {
+    cursor_.fail(code::kMeshSyntax, fmt::format("expected {}, found '{}'", wanted, printable(found)));
+  }
+
+  TextCursor cursor_;
+  StlBuilder stl_;
+  std::vector<Index> corners_;
+};
+
+/// A binary file may begin with "solid" too: then its length fits its count, or its head holds bytes of no text.
+bool is_ascii(std::string_view bytes) {
+  const std::size_t start = bytes.find_first_not_of(" \t\r\n");
+  if (start == std::string_view::npos || bytes.size() - start < 5) return false;
+  for (std::size_t i = 0; i < 5; ++i) {
+    if (std::tolower(static_cast<unsigned char>(bytes[start + i])) != "solid"[i]) return false;
+  }
+  if (bytes.size() < kCountEnd) return bytes.find('\0') == std::string_view::npos;
+  const std::size_t facets = load<std::uint32_t>(bytes.data() + kHeaderBytes, false);
+  return bytes.size() != kCountEnd + facets * kFacetBytes &&
+         bytes.substr(0, kCountEnd).find('\0') == std::string_view::npos;
+}
+
+}  // namespace
+
+DecodedMesh read_stl(std::string_view bytes, const DecodeLimits& limits) {
+  return is_ascii(bytes) ? AsciiReader(bytes, limits).read() : read_binary(bytes, limits);
+}
+
+}  // namespace crease

@@ -1,0 +1,149 @@
+#pragma once
+
+#include <charconv>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace crease {
+
+/// Walks over the lines and words of untrusted text. Lines end with LF, CR LF or CR and are counted from 1. Every
+/// fault is an Error with the place "line N": mesh_truncated where the text ended too early, mesh_syntax elsewhere.
+class TextCursor {
+ public:
+  /// What a text looks like beside words and line ends.
+  struct Style {
+    char comment = '\n';     ///< starts a comment that lasts to the end of the line; '\n' for none
+    bool backslash = false;  ///< a backslash at the end of a line continues the statement on the next
+  };
+
+  TextCursor(std::string_view text, Style style)
+      : begin_(text.data()), pos_(begin_), end_(begin_ + text.size()), style_(style) {
+    if (text.starts_with("\xef\xbb\xbf")) pos_ += 3;
+  }
+
+  std::size_t line() const { return line_; }
+  std::size_t offset() const { return static_cast<std::size_t>(pos_ - begin_); }
+  std::size_t rest() const { return static_cast<std::size_t>(end_ - pos_); }
+  bool at_end() const { return pos_ == end_; }
+
+  /// True when nothing but blanks and a comment is left of the line.
+  bool at_line_end() {
+    skip_blanks();
+    return pos_ == end_ || is_newline(*pos_) || *pos_ == style_.comment;
+  }
+
+  /// To the start of the next line.
+  void skip_line();
+
+  /// To the next word, over line ends and comments; false when there is none.
+  bool skip_to_word() {
+    while (at_line_end()) {
+      if (pos_ == end_) return false;
+      skip_line();
+    }
+    return true;
+  }
+
+  /// The next word of the line; empty at its end.
+  std::string_view word() {
+    skip_blanks();
+    const char* first = pos_;
+    while (!ends_word(pos_)) ++pos_;
+    return {first, static_cast<std::size_t>(pos_ - first)};
+  }
+
+  /// The next word of the line as a number. Infinities and NaN are passed on. `what` is named in the error.
+  double number(std::string_view what) {
+    double value = 0;
+    return parse(value) ? value : odd_number(what);
+  }
+
+  /// The next word of the line as a whole number.
+  std::int64_t integer(std::string_view what) {
+    std::int64_t value = 0;
+    return parse(value) ? value : odd_integer(what);
+  }
+
+  /// The next word of the line as a count, which must not be negative. \throw Error mesh_too_large beyond 64 bits
+  std::size_t count(std::string_view what);
+
+  /// A whole number at the very position, without asking what follows it; false when there is none.
+  bool leading_integer(std::int64_t& value) {
+    const auto [last, error] = std::from_chars(pos_, end_, value);
+    if (error != std::errc{}) return false;
+    pos_ = last;
+    return true;
+  }
+
+  /// Over the characters up to the end of the word; false when one is not in `allowed`.
+  bool skip_word_of(std::string_view allowed) {
+    for (; !ends_word(pos_); ++pos_) {
+      if (allowed.find(*pos_) == std::string_view::npos) return false;
+    }
+    return true;
+  }
+
+  std::string place() const { return "line " + std::to_string(line_); }
+  [[noreturn]] void fail(std::string_view code, const std::string& detail) const;
+  /// mesh_truncated at the end of the text, mesh_syntax elsewhere.
+  [[noreturn]] void fail_expected(std::string_view what) const;
+
+ private:
+  static bool is_newline(char c) { return c == '\n' || c == '\r'; }
+  static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
+
+  bool ends_word(const char* at) const {
+    return at == end_ || is_blank(*at) || is_newline(*at) || *at == style_.comment ||
+           (*at == '\\' && continuation_length(at) != 0);
+  }
+
+  std::size_t continuation_length(const char* at) const {
+    if (!style_.backslash || at + 1 == end_ || !is_newline(at[1])) return 0;
+    return at[1] == '\r' && at + 2 != end_ && at[2] == '\n' ? 3 : 2;
+  }
+
+  bool skip_continuation() {
+    const std::size_t length = continuation_length(pos_);
+    if (length == 0) return false;
+    pos_ += length;
+    ++line_;
+    return true;
+  }
+
+  void skip_blanks() {
+    while (pos_ != end_) {
+      if (is_blank(*pos_)) {
+        ++pos_;
+      } else if (*pos_ != '\\' || !skip_continuation()) {
+        return;
+      }
+    }
+  }
+
+  template <typename Number>
+  bool parse(Number& value) {
+    skip_blanks();
+    const char* first = pos_;
+    if (end_ - first > 1 && first[0] == '+' && first[1] != '-') ++first;
+    const auto [last, error] = std::from_chars(first, end_, value);
+    if (error != std::errc{} || !ends_word(last)) return false;
+    pos_ = last;
+    return true;
+  }
+
+  double odd_number(std::string_view what);
+  [[noreturn]] std::int64_t odd_integer(std::string_view what);
+
+  const char* begin_;
+  const char* pos_;
+  const char* end_;
+  Style style_;
+  std::size_t line_ = 1;
+};
+
+/// `text` cut to a length that fits a message, with everything but printable ASCII replaced.
+std::string printable(std::string_view text);
+
+}  // namespace crease
