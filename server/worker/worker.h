@@ -10,9 +10,9 @@
 namespace creased {
 
 struct WorkerOptions {
-  std::string name;                              ///< owner of the claims; unique to the process
+  std::string name;  ///< owner of the claims; unique to the process
   std::chrono::milliseconds lease{15'000};
-  std::chrono::milliseconds poll{20};            ///< between looks for a job when there is none
+  std::chrono::milliseconds poll{20};  ///< between looks for a job when there is none
   std::chrono::milliseconds progress_every{100};
   std::chrono::milliseconds snapshot_every{2'000};
   crease::DecodeLimits limits;
