@@ -21,13 +21,28 @@ struct LabelledMesh {
 /// Edges with a label of at least this are drawn and counted as ridges.
 inline constexpr double kRidgeThreshold = 0.5;
 
-/// The mesh in `format`. `extras` goes into glTF/GLB asset extras and JSON, and nowhere else.
-/// glTF is GLB's JSON with its buffer embedded as a data URI.
+/// The mesh in `format`, the same bytes for the same result. `extras` goes into glTF/GLB as asset.extras and into JSON
+/// as "extras", and nowhere else.
+///
+/// - OBJ, OFF, JSON: positions as the shortest decimal numbers that read back to the same doubles.
+///   JSON: {"positions", "triangles", "edges", "labels", "dihedral_deg", "extras"}.
+/// - PLY: binary, little endian, positions in double precision.
+/// - STL: binary; facets in the order of the faces, in single precision.
+/// - GLB: one node, one mesh. Primitive 0, triangles: POSITION, NORMAL (area-weighted, split along ridges, boundaries
+///   and edges across which faces are not wound alike), `_LABEL` (the largest label of the vertex's edges), `_SOURCE`
+///   (the vertex of the upload that it is). The first vertices are the upload's, in order; copies follow. Primitive 1,
+///   lines over the same vertices: the edges with label ≥ kRidgeThreshold; left out when there are none.
+/// - glTF is GLB's JSON with its buffer embedded as a data URI.
+///
+/// \throw Error mesh_unsupported when a coordinate does not fit into single precision (STL, glTF, GLB), or for more
+///        than 2²⁴ vertices (glTF, GLB); mesh_no_faces for a mesh without faces (glTF, GLB)
 std::string encode_mesh(const LabelledMesh& result, MeshFormat format, const nlohmann::ordered_json& extras = {});
 
-/// {"edges": [[i, j], …], "labels": […], "dihedral_deg": […], "count", "threshold"}, edges with label ≥ min.
+/// {"edges": [[i, j], …], "labels": […], "dihedral_deg": […], "count", "threshold"}: the `count` edges with label ≥
+/// `threshold` = min_label. Labels and degrees have up to six digits; rounding lifts no label to kRidgeThreshold.
 std::string encode_labels_json(const LabelledMesh& result, double min_label = 0);
-/// "v0,v1,label,dihedral_deg" with a heading line.
+
+/// "v0,v1,label,dihedral_deg" with a heading line; the same edges and numbers as the JSON.
 std::string encode_labels_csv(const LabelledMesh& result, double min_label = 0);
 
 }  // namespace crease

@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::size_t kMaxSamples = 20'000;
 constexpr std::size_t kMaxNeighbours = 60;
+constexpr std::size_t kMaxValence = 32;
 constexpr Eigen::Index kMinFreedom = 4;
 constexpr double kOutlierDeviations = 2.5;
 constexpr int kMaxRounds = 100;
@@ -21,6 +22,16 @@ struct Fit {
   double freedom = 0;        ///< degrees of freedom of `variance`
   double planar_length = 0;  ///< mean length of the vertex's edges within the plane
 };
+
+/// Hubs of very many edges are left alone: there the two-ring is no neighbourhood, and walking it over and over would
+/// take quadratic time.
+bool has_hub(const Topology& topology, Index vertex) {
+  if (topology.vertex_edges[vertex].size() > kMaxValence) return true;
+  return std::any_of(topology.vertex_edges[vertex].begin(), topology.vertex_edges[vertex].end(), [&](Index edge) {
+    const auto [v0, v1] = topology.edges[edge];
+    return topology.vertex_edges[v0 == vertex ? v1 : v0].size() > kMaxValence;
+  });
+}
 
 /// The vertices up to two edges away, the vertex itself first.
 std::vector<Index> two_ring(const Topology& topology, Index vertex) {
@@ -60,6 +71,7 @@ Vec3 vector_area(const Mesh& mesh, const Topology& topology, Index vertex) {
 
 /// Lengths come out in units of `length_unit`, which keeps the powers in the quadric near one.
 std::optional<Fit> fit_quadric(const Mesh& mesh, const Topology& topology, Index vertex, double length_unit) {
+  if (has_hub(topology, vertex)) return std::nullopt;
   const std::vector<Index> ring = two_ring(topology, vertex);
   const auto count = static_cast<Eigen::Index>(ring.size());
   if (count < 6 + kMinFreedom) return std::nullopt;
