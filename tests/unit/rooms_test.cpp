@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -49,11 +50,11 @@ std::vector<fs::path> files_below(const std::string& room, const std::set<std::s
 
 /// What a source names in its #include and import lines, as written.
 std::vector<std::string> includes_of(const fs::path& file) {
-  static const std::regex kDirective(R"(^\s*(?:#\s*include|import)\s*["<]([^">]+)[">])");
+  static const std::regex directive(R"(^\s*(?:#\s*include|import)\s*["<]([^">]+)[">])");
   std::vector<std::string> names;
   std::smatch match;
   for (const std::string& line : lines_of(kRoot / file)) {
-    if (std::regex_search(line, match, kDirective)) names.push_back(match[1]);
+    if (std::regex_search(line, match, directive)) names.push_back(match[1]);
   }
   return names;
 }
@@ -93,7 +94,7 @@ std::vector<std::string> back_edges(const std::string& room, const std::set<std:
   for (const auto& [file, targets] : include_graph()) {
     if (room_of(file) != room) continue;
     for (const std::string& target : targets) {
-      if (forbidden.contains(room_of(target))) found.push_back(file + " -> " + target);
+      if (forbidden.contains(room_of(target))) found.push_back(fmt::format("{} -> {}", file, target));
     }
   }
   return found;

@@ -1,0 +1,76 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds, and runs the tests: tests/run.sh [STEP…]
+# Without a step all of them run but asan and bench; each runs even when an earlier one failed, unless the build did.
+#   build     the release preset, tests and benchmarks included
+#   unit service quality   the rooms of tests under ctest
+#   gltf      results of the command line through the Khronos validator
+#   lint      formatting, clang-tidy, shellcheck
+#   asan      the unit tests under AddressSanitizer and UndefinedBehaviorSanitizer
+#   bench     proposals per second, against a textbook loop
+set -euo pipefail
+
+cd "$(dirname "$(readlink -f "$0")")/.."
+readonly steps=(build unit service quality gltf lint)
+readonly bin=build/release/bin
+cores=$(nproc)
+
+ctest_room() { # ROOM [OPTION…]
+  ctest --preset release --label-regex "^$1\$" --no-tests=error "${@:2}"
+}
+
+run_build() {
+  docker/install-packages.sh build demo test
+  cmake --preset release
+  cmake --build --preset release
+}
+
+run_unit() { ctest_room unit --parallel "$cores"; }
+run_service() { ctest_room service; }
+run_quality() { ctest_room quality; }
+
+run_gltf() {
+  local results=build/gltf mesh
+  rm -rf "$results" && mkdir -p "$results"
+  tar --extract --file /usr/share/doc/libcgal-dev/data.tar.gz --directory "$results" \
+    --strip-components=2 data/meshes/fandisk.off
+  "$bin/crease" noise "$results/fandisk.off" -o "$results/fandisk.obj" --sigma 0.3
+  for mesh in "$results/fandisk.obj" tests/gltf/*.obj; do
+    "$bin/crease" smooth --local "$mesh" -p sweeps=20 -o "$results/$(basename "$mesh" .obj).glb"
+  done
+  npm ci --prefix tests/gltf --no-audit --no-fund
+  node tests/gltf/validate.mjs "$results"
+}
+
+run_lint() { tests/lint.sh; }
+
+run_asan() {
+  cmake --preset asan
+  cmake --build --preset asan --target unit_tests
+  ctest --preset asan --label-regex '^unit$' --no-tests=error --parallel "$cores"
+}
+
+run_bench() { "$bin/crease_bench"; }
+
+if (($# == 1)) && declare -F "run_$1" >/dev/null; then
+  "run_$1"
+  exit
+fi
+
+for step in "$@"; do
+  declare -F "run_$step" >/dev/null || { echo "$0: no step '$step'" >&2 && exit 2; }
+done
+
+# Every step in a process of its own, so that its first fault ends it and nothing else.
+failed=()
+for step in "${@:-${steps[@]}}"; do
+  echo "=== $step"
+  started=$SECONDS
+  "$0" "$step" || failed+=("$step")
+  echo "=== $step took $((SECONDS - started)) s"
+  [[ ${failed[*]} != build ]] || break
+done
+if ((${#failed[@]} > 0)); then
+  echo "FAILED: ${failed[*]}"
+  exit 1
+fi
+echo "All steps passed: ${*:-${steps[*]}}"
