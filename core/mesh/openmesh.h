@@ -12,11 +12,13 @@ struct OpenMeshTraits : OpenMesh::DefaultTraits {
 };
 using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<OpenMeshTraits>;
 
-/// Flat copy; vertex and face handles become indices.
+/// Flat copy; vertex and face handles become indices. Of a mesh without deleted elements: collect garbage first.
 Mesh from_openmesh(const HalfEdgeMesh& half_edges);
 
-/// Half-edge copy with the same vertex indices.
-/// \throw Error mesh_unsupported when a half-edge mesh cannot hold it (non-manifold or inconsistently wound); names the face
+/// Half-edge copy with the same vertex and face indices, and with every face starting at the same corner, so that
+/// from_openmesh gives `mesh` back.
+/// \throw Error mesh_unsupported when a half-edge mesh cannot hold it (non-manifold, inconsistently wound, or a face
+///        with a repeated corner); names the first face that does not fit
 HalfEdgeMesh to_openmesh(const Mesh& mesh);
 
 }  // namespace crease
