@@ -14,6 +14,8 @@ constexpr std::array<std::string_view, 17> kAppearance{
     "vt",     "vn",  "vp",    "g",        "o",        "s",          "mtllib",    "usemtl", "usemap",
     "maplib", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "mg"};
 
+bool is_index_character(char c) { return (c >= '0' && c <= '9') || c == '/' || c == '-'; }
+
 class ObjReader {
  public:
   ObjReader(std::string_view bytes, const DecodeLimits& limits)
@@ -75,7 +77,7 @@ class ObjReader {
   /// v, v/vt, v//vn or v/vt/vn, from 1, or negative from the last vertex: the vertex from 0.
   std::int64_t read_corner() {
     std::int64_t index = 0;
-    if (!cursor_.leading_integer(index) || !cursor_.skip_word_of("/-0123456789")) {
+    if (!cursor_.leading_integer(index) || !cursor_.skip_word_of(is_index_character)) {
       cursor_.fail(code::kMeshSyntax, "expected v, v/vt, v//vn or v/vt/vn, found '" + printable(cursor_.word()) + "'");
     }
     const auto vertices = static_cast<std::int64_t>(builder_.vertices());

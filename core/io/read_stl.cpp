@@ -126,10 +126,9 @@ class AsciiReader {
   }
 
   void expect(std::string_view keyword) {
-    const std::string wanted = fmt::format("'{}'", keyword);
-    if (!cursor_.skip_to_word()) cursor_.fail_expected(wanted);
+    if (!cursor_.skip_to_word()) cursor_.fail_expected(fmt::format("'{}'", keyword));
     const std::string_view found = cursor_.word();
-    if (!is(found, keyword)) fail_keyword(wanted, found);
+    if (!is(found, keyword)) fail_keyword(fmt::format("'{}'", keyword), found);
   }
 
   static bool is(std::string_view word, std::string_view keyword) {

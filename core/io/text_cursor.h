@@ -77,10 +77,11 @@ class TextCursor {
     return true;
   }
 
-  /// Over the characters up to the end of the word; false when one is not in `allowed`.
-  bool skip_word_of(std::string_view allowed) {
+  /// Over the characters up to the end of the word; false at the first that is not `allowed`.
+  template <typename Allowed>
+  bool skip_word_of(Allowed&& allowed) {
     for (; !ends_word(pos_); ++pos_) {
-      if (allowed.find(*pos_) == std::string_view::npos) return false;
+      if (!allowed(*pos_)) return false;
     }
     return true;
   }
@@ -95,8 +96,9 @@ class TextCursor {
   static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
 
   bool ends_word(const char* at) const {
-    return at == end_ || is_blank(*at) || is_newline(*at) || *at == style_.comment ||
-           (*at == '\\' && continuation_length(at) != 0);
+    if (at == end_) return true;
+    if (*at > ' ' && *at != style_.comment && *at != '\\') return false;  // nearly always, hence first
+    return is_blank(*at) || is_newline(*at) || *at == style_.comment || (*at == '\\' && continuation_length(at) != 0);
   }
 
   std::size_t continuation_length(const char* at) const {
