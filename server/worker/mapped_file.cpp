@@ -4,6 +4,9 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 
+#include <cerrno>
+#include <new>
+
 #include "server/store/durable_file.h"
 #include "server/store/failure.h"
 
@@ -16,6 +19,7 @@ MappedFile::MappedFile(const std::filesystem::path& path) {
   if (status.st_size == 0) return;
   const auto size = static_cast<std::size_t>(status.st_size);
   void* mapping = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.get(), 0);
+  if (mapping == MAP_FAILED && errno == ENOMEM) throw std::bad_alloc();
   if (mapping == MAP_FAILED) throw file_failure("map", path);
   ::madvise(mapping, size, MADV_SEQUENTIAL);
   bytes_ = {static_cast<const char*>(mapping), size};

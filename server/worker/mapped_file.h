@@ -8,7 +8,7 @@ namespace creased {
 /// The bytes of a file, read through the page cache as they are touched: they count for nobody's heap.
 class MappedFile {
  public:
-  /// \throw Error store_unavailable
+  /// \throw Error store_unavailable; std::bad_alloc when the address space is too small for it
   explicit MappedFile(const std::filesystem::path& path);
   ~MappedFile();
   MappedFile(const MappedFile&) = delete;
