@@ -1,0 +1,156 @@
+#include "proto/convert.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "core/error.h"
+#include "proto/parameter_table.h"
+#include "tests/support/meshes.h"
+
+namespace crease {
+namespace {
+
+using testing::ElementsAre;
+
+std::vector<std::string> keys(const nlohmann::ordered_json& object) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : object.items()) names.push_back(name);
+  return names;
+}
+
+LabelledMesh labelled(const Mesh& mesh) {
+  LabelledMesh result{.mesh = mesh, .edges = build_topology(mesh).edges, .labels = {}, .dihedral_rad = {}};
+  for (std::size_t e = 0; e < result.edges.size(); ++e) {
+    result.labels.push_back(1.0 / static_cast<double>(e + 1));
+    result.dihedral_rad.push_back(static_cast<double>(e) - 0.1);
+  }
+  return result;
+}
+
+TEST(Sha256, AgreesWithThePublishedExamples) {
+  EXPECT_EQ(sha256_hex(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST(LabelledMeshMessage, BringsEveryMeshBackBitForBit) {
+  for (const auto& [name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
+    const LabelledMesh before = labelled(mesh);
+    v1::LabelledMesh parsed;
+    ASSERT_TRUE(parsed.ParseFromString(to_message(before).SerializeAsString()));
+    const LabelledMesh after = from_message(parsed);
+    EXPECT_EQ(after.mesh.positions, before.mesh.positions) << name;
+    EXPECT_EQ(after.mesh.triangles, before.mesh.triangles) << name;
+    EXPECT_EQ(after.edges, before.edges) << name;
+    EXPECT_EQ(after.labels, before.labels) << name;
+    EXPECT_EQ(after.dihedral_rad, before.dihedral_rad) << name;
+  }
+}
+
+TEST(LabelledMeshMessage, RefusesArraysThatDoNotFitTogether) {
+  const v1::LabelledMesh good = to_message(labelled(test::cube(1)));
+  EXPECT_NO_THROW(from_message(good));
+  v1::LabelledMesh message = good;
+  message.add_positions(0);
+  EXPECT_THROW(from_message(message), Error);
+  message = good;
+  message.add_labels(0);
+  EXPECT_THROW(from_message(message), Error);
+  message = good;
+  message.set_triangles(0, 1'000'000);
+  EXPECT_THROW(from_message(message), Error);
+  message = good;
+  message.set_edges(0, 1'000'000);
+  EXPECT_THROW(from_message(message), Error);
+}
+
+TEST(ProgressMessage, SaysHowFarAndHowLongStill) {
+  SweepRecord record;
+  record.sweep = 25;
+  record.energy = {.likelihood = 1, .smoothness = 2, .sharpness = -4, .support = 0.5};
+  record.vertex_temperature = 0.125;
+  record.vertex_acceptance = 0.5;
+  const std::vector<double> labels;
+  const v1::Progress progress = to_message(SweepView{record, 100, 3.0, labels, {}});
+  EXPECT_EQ(progress.fraction(), 0.25);
+  EXPECT_EQ(progress.eta_seconds(), 9.0);
+  EXPECT_EQ(progress.sweeps(), 100U);
+  EXPECT_EQ(progress.temperature(), 0.125);
+  EXPECT_EQ(progress.acceptance(), 0.5);
+  EXPECT_EQ(progress.energy().total(), -0.5);
+}
+
+TEST(ToJson, HasTheNamesOfTheSchemaAndNumbersAsNumbers) {
+  v1::InputFacts facts;
+  facts.set_bytes(4294967295U);
+  const auto json = to_json(facts);
+  EXPECT_EQ(json.at("bytes"), 4294967295U);
+  EXPECT_TRUE(json.at("bytes").is_number());
+  EXPECT_EQ(json.at("boundary_edges"), 0);
+  EXPECT_EQ(keys(json).size(), static_cast<std::size_t>(v1::InputFacts::descriptor()->field_count()));
+  EXPECT_EQ(keys(json).front(), "name");
+}
+
+TEST(ToJson, LeavesOutWhatIsNotSet) {
+  v1::Job job;
+  job.set_id("a");
+  const auto json = to_json(job);
+  EXPECT_FALSE(json.contains("started_at"));
+  EXPECT_FALSE(json.contains("result"));
+  EXPECT_FALSE(json.contains("error"));
+  EXPECT_EQ(json.at("warnings"), nlohmann::ordered_json::array());
+}
+
+TEST(ToJson, KeepsEveryBitOfANumber) {
+  v1::ResultFacts facts;
+  for (const double value : {0.1, 1.0 / 3.0, 1e-300, 123456789.123456789, -2.5e17}) {
+    facts.set_ridge_length(value);
+    EXPECT_EQ(to_json(facts).at("ridge_length").get<double>(), value);
+  }
+}
+
+TEST(JobFingerprint, DependsOnWhateverChangesTheResultAndOnNothingElse) {
+  const v1::Parameters defaults = resolve({});
+  const std::string base = job_fingerprint("aa", "obj", defaults);
+  EXPECT_EQ(base.size(), 20U);
+  EXPECT_EQ(base.find_first_not_of("0123456789abcdef"), std::string::npos);
+  EXPECT_EQ(job_fingerprint("aa", "obj", defaults), base);
+
+  v1::Parameters threads = defaults;
+  threads.set_threads(17);
+  EXPECT_EQ(job_fingerprint("aa", "obj", threads), base);
+
+  std::set<std::string> all = {base, job_fingerprint("ab", "obj", defaults), job_fingerprint("aa", "ply", defaults)};
+  std::size_t expected = all.size();
+  for (const ParameterInfo& info : parameter_table()) {
+    if (info.type != ParameterType::kInteger && info.type != ParameterType::kNumber) continue;
+    v1::Parameters changed = defaults;
+    set_parameter(changed, info.name, "7");
+    all.insert(job_fingerprint("aa", "obj", changed));
+    expected += changes_result(info.name) ? 1 : 0;
+  }
+  EXPECT_EQ(all.size(), expected);
+}
+
+TEST(MeshExtras, NameTheJobItsParametersAndCounts) {
+  InputFacts input;
+  input.vertices = 8;
+  input.faces = 12;
+  ResultFacts result;
+  result.ridge_edges = 3;
+  result.seconds = 1.5;
+  const auto extras = mesh_extras("abc", resolve({}), input, result);
+  EXPECT_EQ(extras.at("job"), "abc");
+  EXPECT_EQ(extras.at("counts").at("vertices"), 8);
+  EXPECT_EQ(extras.at("counts").at("faces"), 12);
+  EXPECT_EQ(extras.at("counts").at("ridge_edges"), 3);
+  EXPECT_FALSE(extras.at("parameters").contains("threads"));
+  EXPECT_EQ(extras.at("parameters").size() + 1, parameter_table().size());
+
+  result.seconds = 2.5;
+  EXPECT_EQ(mesh_extras("abc", resolve({}), input, result), extras);
+}
+
+}  // namespace
+}  // namespace crease

@@ -1,0 +1,68 @@
+#include "proto/error_table.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <regex>
+#include <set>
+#include <string>
+
+#include "core/error.h"
+#include "proto/convert.h"
+
+namespace crease {
+namespace {
+
+TEST(ErrorTable, IsOrderedByCodeWithoutRepetition) {
+  const auto table = error_table();
+  EXPECT_EQ(std::ranges::adjacent_find(table, std::ranges::greater_equal{}, &ErrorKind::code), table.end());
+}
+
+TEST(ErrorTable, HasEveryCodeOfCoreAsAFaultOfTheRequest) {
+  for (const std::string_view code : code::kAllCodes) {
+    EXPECT_EQ(error_kind(code).code, code);
+    EXPECT_GE(error_kind(code).status, 400);
+    EXPECT_LT(error_kind(code).status, 500);
+  }
+}
+
+TEST(ErrorTable, RowsAreFitForTheirUse) {
+  const std::set<int> statuses = {400, 404, 405, 406, 408, 409, 411, 413, 414,
+                                  415, 416, 417, 422, 431, 500, 501, 503, 505};
+  const std::regex snake_case("[a-z0-9]+(_[a-z0-9]+)*");
+  for (const ErrorKind& kind : error_table()) {
+    EXPECT_TRUE(std::regex_match(std::string(kind.code), snake_case)) << kind.code;
+    EXPECT_THAT(statuses, testing::Contains(kind.status)) << kind.code;
+    EXPECT_FALSE(kind.title.empty() || kind.title.ends_with('.')) << kind.code;
+  }
+}
+
+TEST(ErrorTable, UnknownCodesAreInternalErrors) {
+  EXPECT_EQ(error_kind("no_such_code").code, "internal");
+  EXPECT_EQ(error_kind("").status, 500);
+}
+
+TEST(ToProblem, CarriesEverythingOfTheError) {
+  const v1::Problem mesh = to_problem(Error(code::kMeshSyntax, "not a number", "line 12"));
+  EXPECT_EQ(mesh.code(), "mesh_syntax");
+  EXPECT_EQ(mesh.status(), 422U);
+  EXPECT_EQ(mesh.title(), error_kind("mesh_syntax").title);
+  EXPECT_EQ(mesh.detail(), "not a number");
+  EXPECT_EQ(mesh.place(), "line 12");
+
+  const v1::Problem parameter = to_problem(Error::parameter(code::kParameterInvalid, "seed", "x", "a number"));
+  EXPECT_EQ(parameter.field(), "seed");
+  EXPECT_EQ(parameter.value(), "x");
+  EXPECT_EQ(parameter.expected(), "a number");
+  EXPECT_THAT(parameter.detail(), testing::HasSubstr("seed"));
+}
+
+TEST(ToProblem, HasJsonEvenForBytesThatAreNotText) {
+  const std::string bytes("\xff\xfe\xc3", 3);
+  const v1::Problem problem = to_problem(Error::parameter(code::kParameterInvalid, bytes, bytes, "a number"));
+  EXPECT_EQ(to_json(problem).at("field"), "\uFFFD\uFFFD\uFFFD");
+}
+
+}  // namespace
+}  // namespace crease
