@@ -29,8 +29,9 @@ bool EdgeProcess::visit(Index edge, const CounterRandom& random, std::uint32_t s
 
 ProposalCount EdgeProcess::sweep(const Coloring& coloring, const CounterRandom& random, std::uint32_t sweep_index,
                                  double temperature, ThreadTeam& team) {
-  return metropolis_sweep(coloring, team,
-                          [&](Index edge, std::size_t) { return visit(edge, random, sweep_index, temperature); });
+  return metropolis_sweep(coloring, team, [&](std::size_t slot, std::size_t) {
+    return visit(coloring.sites[slot], random, sweep_index, temperature);
+  });
 }
 
 }  // namespace crease

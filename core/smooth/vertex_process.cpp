@@ -26,10 +26,10 @@ class VertexProcess::Visit {
 
  private:
   enum RowName : std::size_t {
-    kPoint = 0,       // x, y, z of the ring's points
-    kOuter = 3,       // normals beyond the rim
-    kOld = 6,         // normals of the ring's faces
-    kNew = 9,         // the same after the move
+    kPoint = 0,  // x, y, z of the ring's points
+    kOuter = 3,  // normals beyond the rim
+    kOld = 6,    // normals of the ring's faces
+    kNew = 9,    // the same after the move
     kRimWeight = 12,
     kSpokeWeight = 13,
     kRows = 14
@@ -51,7 +51,7 @@ class VertexProcess::Visit {
   Index vertex_ = kNone;
   std::span<const Rings::Lane> lanes_;
   std::size_t blocks_ = 0;
-  Vec3 measured_, old_position_, new_position_;
+  Vec3 measured_ = Vec3::Zero(), old_position_ = Vec3::Zero(), new_position_ = Vec3::Zero();
   std::size_t stride_;
   std::vector<double> storage_;  ///< rows of lanes; each row has a spare block behind it
 };
