@@ -1,1 +1,103 @@
-int main() { return 0; }
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <csignal>
+#include <filesystem>
+#include <string>
+
+#include "core/error.h"
+#include "server/config.h"
+#include "server/http/serve.h"
+#include "server/log.h"
+#include "server/store/store.h"
+#include "server/worker/inspector.h"
+#include "server/worker/worker.h"
+
+namespace {
+
+constexpr int kUsageError = 2;
+
+std::atomic<bool> stop_worker{false};
+
+std::string own_name() {
+  std::string host(256, '\0');
+  ::gethostname(host.data(), host.size() - 1);
+  return host.substr(0, host.find('\0')) + "-" + std::to_string(::getpid());
+}
+
+void mask_ending_signals(int how) {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(how, &signals, nullptr);
+}
+
+int run_serve(const creased::ServeConfig& config) {
+  if (const std::string reason = creased::refusal(config); !reason.empty()) {
+    spdlog::critical("{}", reason);
+    return kUsageError;
+  }
+  mask_ending_signals(SIG_BLOCK);
+  return creased::serve(config, std::filesystem::read_symlink("/proc/self/exe"));
+}
+
+int run_worker(const creased::WorkerConfig& config) {
+  std::signal(SIGTERM, [](int) { stop_worker = true; });
+  std::signal(SIGINT, [](int) { stop_worker = true; });
+  mask_ending_signals(SIG_UNBLOCK);
+  creased::WorkerOptions options;
+  options.name = config.name.empty() ? own_name() : config.name;
+  options.limits.max_vertices = config.limits.max_vertices;
+  options.limits.max_faces = config.limits.max_faces;
+  const auto store = creased::open_store({config.store.url, config.store.data_dir, config.store.max_queued});
+  return creased::run_worker(*store, options, stop_worker);
+}
+
+int run_inspect(const creased::MeshLimits& limits) {
+  std::signal(SIGINT, SIG_IGN);  // ends with its input; Ctrl-C reaches the whole group
+  mask_ending_signals(SIG_UNBLOCK);
+  return creased::run_inspector_child(limits.max_vertices, limits.max_faces);
+}
+
+template <typename Run>
+int guarded(const creased::LogConfig& log, const Run& run) {
+  creased::configure_log(log.format, log.level);
+  try {
+    return run();
+  } catch (const std::exception& error) {
+    spdlog::critical("{}", error.what());
+    return 1;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("creased removes noise from triangle meshes over HTTP, keeps their ridges, and labels them.");
+  app.set_version_flag("--version", CREASE_VERSION);
+  app.set_config("--config", "", "File with options in TOML or INI, under [serve] or [worker]");
+  app.require_subcommand(1);
+  creased::ServeConfig serve;
+  creased::WorkerConfig worker;
+  creased::MeshLimits inspect;
+  const std::string order =
+      "Every option is also read from the environment; a flag wins over --config FILE "
+      "(section [serve] or [worker]), and that over the environment.";
+  auto* serve_command = app.add_subcommand("serve", "Answer HTTP and keep worker processes")->fallthrough();
+  auto* worker_command = app.add_subcommand("worker", "Run jobs of a store")->fallthrough();
+  auto* inspect_command = app.add_subcommand("inspect", "Check uploads for a server that starts this itself");
+  creased::add_serve_options(*serve_command->footer(order), serve);
+  creased::add_worker_options(*worker_command->footer(order), worker);
+  creased::add_inspect_options(*inspect_command, inspect);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kUsageError;
+  }
+  if (serve_command->parsed()) return guarded(serve.log, [&] { return run_serve(serve); });
+  if (worker_command->parsed()) return guarded(worker.log, [&] { return run_worker(worker); });
+  return run_inspect(inspect);
+}

@@ -1,0 +1,113 @@
+#include "server/config.h"
+
+#include <algorithm>
+#include <cctype>
+#include <thread>
+
+namespace creased {
+namespace {
+
+std::string environment_name(const std::string& flag) {
+  std::string name = "CREASED_";
+  for (const char c : flag.substr(2))
+    name += c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return name;
+}
+
+template <typename T>
+CLI::Option* add(CLI::App& command, const std::string& flag, T& value, const std::string& meaning) {
+  return command.add_option(flag, value, meaning)->envname(environment_name(flag))->capture_default_str();
+}
+
+CLI::Option* add_path(CLI::App& command, const std::string& flag, std::filesystem::path& value,
+                      const std::string& meaning) {
+  const auto store = [&value](const std::string& text) { value = text; };
+  return command.add_option_function<std::string>(flag, store, meaning)
+      ->envname(environment_name(flag))
+      ->default_str(value.string())
+      ->type_name("PATH");
+}
+
+void add_log_options(CLI::App& command, LogConfig& config) {
+  add(command, "--log-format", config.format, "Lines on standard error: text, or json for one object a line")
+      ->check(CLI::IsMember({"text", "json"}));
+  add(command, "--log-level", config.level, "Least important messages that are logged")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "critical", "off"}));
+}
+
+void add_store_options(CLI::App& command, StoreConfig& config) {
+  add(command, "--store", config.url, "Where jobs are kept: sqlite");
+  add_path(command, "--data-dir", config.data_dir, "Folder of the job store; made if it is not there");
+}
+
+void add_limit_options(CLI::App& command, MeshLimits& limits) {
+  add(command, "--max-vertices", limits.max_vertices, "Vertices that an upload may have")
+      ->check(CLI::Range(1UL, 1'000'000'000UL));
+  add(command, "--max-faces", limits.max_faces, "Faces that an upload may have")
+      ->check(CLI::Range(1UL, 1'000'000'000UL));
+}
+
+bool is_loopback(const std::string& host) { return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0; }
+
+}  // namespace
+
+void add_serve_options(CLI::App& command, ServeConfig& config) {
+  config.workers = std::max(1U, std::thread::hardware_concurrency() / 2);
+  const auto seconds = CLI::Range(0.05, 86'400.0);
+  add(command, "--host", config.host, "Address to listen on");
+  add(command, "--port", config.port, "Port to listen on; 0 takes any free one")->check(CLI::Range(0, 65'535));
+  add_path(command, "--port-file", config.port_file, "File that gets the port once it is listened on");
+  command.add_flag("--open", config.open, "Let anyone who reaches --host use the service; needed off loopback")
+      ->envname("CREASED_OPEN");
+  add_store_options(command, config.store);
+  add(command, "--workers", config.workers, "Worker processes; the default is one for two processors")
+      ->check(CLI::Range(0UL, 1'024UL));
+  add(command, "--max-upload-mb", config.max_upload_mb, "Size of an upload, in MiB")->check(CLI::Range(1UL, 4'095UL));
+  add_limit_options(command, config.limits);
+  add(command, "--max-queued", config.store.max_queued, "Jobs that may wait")->check(CLI::Range(1UL, 10'000'000UL));
+  add(command, "--max-streams", config.max_streams, "Event streams open at a time")->check(CLI::Range(0UL, 50'000UL));
+  add(command, "--max-connections", config.max_connections, "Connections open at a time, each with a thread")
+      ->check(CLI::Range(1UL, 50'000UL));
+  add(command, "--head-timeout", config.head_timeout, "Seconds for the head of a request to arrive")->check(seconds);
+  add(command, "--body-timeout", config.body_timeout, "Seconds for a body, or for a pause in one")->check(seconds);
+  add(command, "--idle-timeout", config.idle_timeout, "Seconds between two requests of a connection")->check(seconds);
+  add_log_options(command, config.log);
+}
+
+void add_worker_options(CLI::App& command, WorkerConfig& config) {
+  add(command, "--name", config.name, "Name under which jobs are claimed; the default is host and process id");
+  add_store_options(command, config.store);
+  add_limit_options(command, config.limits);
+  add_log_options(command, config.log);
+}
+
+void add_inspect_options(CLI::App& command, MeshLimits& limits) { add_limit_options(command, limits); }
+
+std::string refusal(const ServeConfig& config) {
+  if (!is_loopback(config.host) && !config.open) {
+    return "listening on " + config.host +
+           " lets anyone who reaches it use the service; say --open if that is meant, or listen on 127.0.0.1";
+  }
+  if (config.max_streams >= config.max_connections) {
+    return "--max-streams must be less than --max-connections, or event streams shut all other calls out";
+  }
+  return {};
+}
+
+std::vector<std::string> worker_arguments(const ServeConfig& config) {
+  return {"worker",
+          "--store",
+          config.store.url,
+          "--data-dir",
+          config.store.data_dir.string(),
+          "--max-vertices",
+          std::to_string(config.limits.max_vertices),
+          "--max-faces",
+          std::to_string(config.limits.max_faces),
+          "--log-format",
+          config.log.format,
+          "--log-level",
+          config.log.level};
+}
+
+}  // namespace creased

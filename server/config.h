@@ -1,0 +1,63 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <filesystem>
+#include <string>
+
+namespace creased {
+
+struct LogConfig {
+  std::string format = "text";  ///< text or json
+  std::string level = "info";
+};
+
+struct StoreConfig {
+  std::string url = "sqlite";
+  std::filesystem::path data_dir = "creased-data";
+  std::size_t max_queued = 10'000;
+};
+
+struct MeshLimits {
+  std::size_t max_vertices = 20'000'000;
+  std::size_t max_faces = 20'000'000;
+};
+
+/// What `creased serve` runs with. Times in seconds.
+struct ServeConfig {
+  LogConfig log;
+  StoreConfig store;
+  MeshLimits limits;
+  std::string host = "127.0.0.1";
+  int port = 8080;
+  std::filesystem::path port_file;
+  std::size_t workers = 1;
+  std::size_t max_upload_mb = 512;
+  std::size_t max_streams = 1'000;
+  std::size_t max_connections = 1'500;
+  double head_timeout = 10;
+  double body_timeout = 30;
+  double idle_timeout = 60;
+  bool open = false;
+};
+
+/// What `creased worker` runs with.
+struct WorkerConfig {
+  LogConfig log;
+  StoreConfig store;
+  MeshLimits limits;
+  std::string name;  ///< empty: host and process id
+};
+
+/// Adds the options of a command, each with its default and the environment variable CREASED_* of the same name.
+void add_serve_options(CLI::App& command, ServeConfig& config);
+void add_worker_options(CLI::App& command, WorkerConfig& config);
+void add_inspect_options(CLI::App& command, MeshLimits& limits);
+
+/// Why this configuration is refused; empty: it is not.
+std::string refusal(const ServeConfig& config);
+
+/// The command line of a worker that shares the server's store.
+std::vector<std::string> worker_arguments(const ServeConfig& config);
+
+}  // namespace creased

@@ -1,0 +1,180 @@
+#include "server/http/api.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+
+#include "proto/error_table.h"
+#include "proto/parameter_table.h"
+#include "server/http/jobs.h"
+#include "server/http/openapi.h"
+#include "server/http/problem.h"
+#include "server/http/submit.h"
+#include "server/log.h"
+
+namespace creased {
+namespace {
+
+using crease::Error;
+
+constexpr std::uint64_t kSmallBody = 64 * 1024;  // of calls that need none
+
+/// Errors of a handler become problem documents; only those of ours show their text.
+template <typename Work>
+void guarded(httplib::Response& response, const std::string& request_id, const Work& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    if (crease::error_kind(error.code()).status >= 500) {
+      log_event(spdlog::level::warn, "request refused",
+                {{"id", request_id}, {"code", error.code()}, {"detail", error.detail()}});
+    }
+    answer_problem(response, error, request_id);
+  } catch (const std::exception& error) {
+    log_event(spdlog::level::err, "request failed", {{"id", request_id}, {"what", error.what()}});
+    answer_problem(response, Error("internal", "something went wrong here; the log says more"), request_id);
+  }
+}
+
+void answer_json(Call& call, const nlohmann::ordered_json& answer, const std::string& type = "application/json") {
+  call.response.set_content(answer.dump(2) + "\n", type);
+}
+
+}  // namespace
+
+Api::Api(const Services& services)
+    : services_(services), downloads_(services.store), streams_(services.watcher, services.max_streams) {
+  handlers_ = {
+      {"submit_job", [this](Call& call) { submit_job(services_, call); }},
+      {"list_jobs", [this](Call& call) { list_jobs(services_, call); }},
+      {"get_job", [this](Call& call) { get_job(services_, call); }},
+      {"delete_job", [this](Call& call) { delete_job(services_, call); }},
+      {"cancel_job", [this](Call& call) { cancel_job(services_, call); }},
+      {"watch_job", [this](Call& call) { streams_.open(call); }},
+      {"get_mesh", [this](Call& call) { downloads_.get_mesh(call); }},
+      {"get_labels", [this](Call& call) { downloads_.get_labels(call); }},
+      {"get_report", [this](Call& call) { downloads_.get_report(call); }},
+      {"get_parameters", [](Call& call) { answer_json(call, crease::parameters_schema(), "application/schema+json"); }},
+      {"get_health",
+       [](Call& call) {
+         answer_json(call, {{"status", "ok"}, {"version", CREASE_VERSION}});
+       }},
+      {"get_readiness", [this](Call& call) { get_readiness(call); }},
+      {"get_metrics", [this](Call& call) { get_metrics(call); }},
+      {"get_openapi",
+       [](Call& call) { answer_json(call, openapi_document(), "application/vnd.oai.openapi+json;version=3.1"); }},
+  };
+  for (const auto& route : routes()) {
+    if (handlers_.count(route.operation) == 0) throw std::logic_error("no handler for " + route.operation);
+  }
+}
+
+GuardedServer::Hooks Api::hooks() {
+  return {[this](const RequestHead& head) { return body_limit(head); },
+          [this](const ExchangeSummary& exchange) { finished(exchange); }, problem_json};
+}
+
+void Api::attach(GuardedServer& server) {
+  server_ = &server;
+  const auto without_body = [this](const httplib::Request& request, httplib::Response& response) {
+    dispatch(request, response, nullptr);
+  };
+  const auto with_body = [this](const httplib::Request& request, httplib::Response& response,
+                                const httplib::ContentReader& body) { dispatch(request, response, &body); };
+  server.Get(".*", without_body);
+  server.Post(".*", with_body);
+  server.Delete(".*", with_body);
+  server.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
+    return before_routing(request, response);
+  });
+  server.set_expect_100_continue_handler(
+      [this](const httplib::Request& request, httplib::Response& response) { return before_body(request, response); });
+  server.set_exception_handler([](const httplib::Request&, httplib::Response& response, std::exception_ptr) {
+    answer_problem(response, Error("internal", "something went wrong here"), GuardedServer::exchange().request_id);
+  });
+  server.set_error_handler([](const httplib::Request&, httplib::Response& response) {
+    if (response.body.empty()) {
+      answer_problem(response, Error("request_malformed", "the request cannot be read"),
+                     GuardedServer::exchange().request_id);
+    }
+  });
+}
+
+std::uint64_t Api::body_limit(const RequestHead& head) const {
+  const RouteMatch match = match_route(head.method, head.path());
+  return match.route != nullptr && match.route->takes_parameters() ? services_.max_upload_bytes : kSmallBody;
+}
+
+Api::ServerResult Api::before_routing(const httplib::Request& request, httplib::Response& response) {
+  const RouteMatch match = match_route(request.method, request.path);
+  Exchange& exchange = GuardedServer::exchange();
+  if (match.route != nullptr) exchange.route = match.route->path;
+  if (request.method == "OPTIONS" && (request.path == "*" || !match.allowed.empty())) {
+    response.status = 204;
+    response.set_header("Allow", request.path == "*" ? "GET, HEAD, POST, DELETE, OPTIONS"
+                                                     : fmt::format("{}", fmt::join(match.allowed, ", ")));
+    return ServerResult::Handled;
+  }
+  guarded(response, exchange.request_id, [&] { refuse_early(request, match, response); });
+  return response.status == -1 ? ServerResult::Unhandled : ServerResult::Handled;
+}
+
+int Api::before_body(const httplib::Request& request, httplib::Response& response) {
+  return before_routing(request, response) == ServerResult::Handled ? response.status : 100;
+}
+
+void Api::refuse_early(const httplib::Request& request, const RouteMatch& match, httplib::Response& response) const {
+  if (match.allowed.empty()) throw Error("not_found", "there is nothing at " + request.path);
+  if (match.route == nullptr) {
+    response.set_header("Allow", fmt::format("{}", fmt::join(match.allowed, ", ")));
+    throw Error("method_not_allowed", request.method + " is not one of the methods in Allow");
+  }
+  const Exchange& exchange = GuardedServer::exchange();
+  const std::string_view encoding = exchange.head.header("Content-Encoding");
+  if (!encoding.empty() && !equals_ignoring_case(encoding, "identity")) {
+    throw Error("content_encoding_unsupported", "send the body as it is, without Content-Encoding");
+  }
+  if (!exchange.stream.body_fault().empty()) {
+    throw Error(exchange.stream.body_fault(), "the body is longer than this call takes");
+  }
+  check_query(*match.route, request.params);
+  if (match.route->takes_parameters() && services_.shutting_down) {
+    throw Error("shutting_down", "the server is going down");
+  }
+}
+
+void Api::dispatch(const httplib::Request& request, httplib::Response& response, const httplib::ContentReader* body) {
+  RouteMatch match = match_route(request.method, request.path);
+  Exchange& exchange = GuardedServer::exchange();
+  guarded(response, exchange.request_id, [&] {
+    Call call{request, response, exchange, *match.route, std::move(match.id), body};
+    handlers_.at(match.route->operation)(call);
+  });
+}
+
+void Api::get_readiness(Call& call) {
+  if (services_.shutting_down) throw Error("shutting_down", "the server is going down");
+  const std::string reason = services_.store.not_ready_reason();
+  if (!reason.empty()) throw Error("store_unavailable", reason);
+  answer_json(call, {{"status", "ready"}});
+}
+
+void Api::get_metrics(Call& call) {
+  call.response.set_content(services_.metrics.text(services_.store.queued(), streams_.count(), server_->connections()),
+                            "text/plain; version=0.0.4; charset=utf-8");
+}
+
+void Api::finished(const ExchangeSummary& exchange) {
+  services_.metrics.count(exchange);
+  log_event(spdlog::level::info, "request",
+            {{"id", exchange.request_id},
+             {"method", exchange.method},
+             {"path", exchange.target},
+             {"status", exchange.status},
+             {"bytes", exchange.bytes_out},
+             {"ms", std::round(exchange.seconds * 1e4) / 10},
+             {"remote", exchange.remote}});
+}
+
+}  // namespace creased

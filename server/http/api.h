@@ -1,0 +1,43 @@
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "server/http/call.h"
+#include "server/http/downloads.h"
+#include "server/http/events.h"
+#include "server/http/guarded_server.h"
+
+namespace creased {
+
+/// The HTTP API, version 1: takes a request from the server to the handler of its route, and every error to its
+/// problem document.
+class Api {
+ public:
+  explicit Api(const Services& services);
+
+  GuardedServer::Hooks hooks();
+  /// Makes `server` answer with this API. Once, before it serves.
+  void attach(GuardedServer& server);
+
+ private:
+  using ServerResult = httplib::Server::HandlerResponse;
+
+  ServerResult before_routing(const httplib::Request& request, httplib::Response& response);
+  int before_body(const httplib::Request& request, httplib::Response& response);
+  void refuse_early(const httplib::Request& request, const RouteMatch& match, httplib::Response& response) const;
+  void dispatch(const httplib::Request& request, httplib::Response& response, const httplib::ContentReader* body);
+  std::uint64_t body_limit(const RequestHead& head) const;
+  void finished(const ExchangeSummary& exchange);
+
+  void get_readiness(Call& call);
+  void get_metrics(Call& call);
+
+  Services services_;
+  Downloads downloads_;
+  EventStreams streams_;
+  std::map<std::string, Handler> handlers_;  // by operation
+  const GuardedServer* server_ = nullptr;
+};
+
+}  // namespace creased

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+
+#include "server/http/guarded_server.h"
+#include "server/http/job_watcher.h"
+#include "server/http/library.h"
+#include "server/http/metrics.h"
+#include "server/http/routes.h"
+#include "server/store/store.h"
+#include "server/worker/inspector.h"
+
+namespace creased {
+
+/// What the calls of the API work with.
+struct Services {
+  Store& store;
+  Inspector& inspector;
+  JobWatcher& watcher;
+  Metrics& metrics;
+  const std::atomic<bool>& shutting_down;
+  std::uint64_t max_upload_bytes = 0;
+  std::size_t max_streams = 0;
+};
+
+/// One request on its way through a handler.
+struct Call {
+  const httplib::Request& request;
+  httplib::Response& response;
+  Exchange& exchange;
+  const Route& route;
+  std::string id;                                ///< of the job in the path
+  const httplib::ContentReader* body = nullptr;  ///< null for methods without one
+
+  std::string query(const std::string& name, std::string otherwise = {}) const {
+    return query_value(request.params, name, std::move(otherwise));
+  }
+};
+
+using Handler = std::function<void(Call&)>;
+
+/// The job of the path. \throw crease::Error job_not_found
+crease::v1::Job find_job(Store& store, const std::string& id);
+
+/// A job as the API shows it, with its links.
+std::string job_json(const crease::v1::Job& job);
+
+}  // namespace creased

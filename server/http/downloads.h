@@ -1,0 +1,22 @@
+#pragma once
+
+#include "server/http/call.h"
+#include "server/http/result_files.h"
+
+namespace creased {
+
+/// What comes back of a job: mesh, labels and report.
+class Downloads {
+ public:
+  explicit Downloads(Store& store) : store_(store), files_(store) {}
+
+  void get_mesh(Call& call);
+  void get_labels(Call& call);
+  void get_report(Call& call);
+
+ private:
+  Store& store_;
+  ResultFiles files_;
+};
+
+}  // namespace creased

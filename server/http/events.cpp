@@ -1,0 +1,125 @@
+#include "server/http/events.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "proto/convert.h"
+
+namespace creased {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kHeartbeat{10'000};
+constexpr milliseconds kLook{500};  // for a client that has gone
+constexpr std::string_view kRetry = "retry: 1000\n\n";
+
+class Slot {
+ public:
+  explicit Slot(std::shared_ptr<std::atomic<std::size_t>> count) : count_(std::move(count)) {}
+  ~Slot() { --*count_; }
+  Slot(const Slot&) = delete;
+  Slot& operator=(const Slot&) = delete;
+
+ private:
+  std::shared_ptr<std::atomic<std::size_t>> count_;
+};
+
+std::uint64_t last_event_id(std::string_view header) {
+  std::uint64_t id = 0;
+  const auto [stop, error] = std::from_chars(header.data(), header.data() + header.size(), id);
+  return error == std::errc() && stop == header.data() + header.size() ? id : 0;
+}
+
+std::string event_of(const JobView& view) {
+  const bool ended = is_terminal(view.job.state());
+  return fmt::format("id: {}\nevent: {}\ndata: {}\n\n", view.version, ended ? view.job.state() : "progress",
+                     ended ? job_json(view.job) : crease::to_json(view.job.progress()).dump());
+}
+
+/// One stream: called again and again for its next piece.
+class EventStream {
+ public:
+  EventStream(JobWatcher& watcher, std::unique_ptr<JobWatcher::Subscription> subscription, std::unique_ptr<Slot> slot,
+              std::uint64_t version, GuardedStream& connection)
+      : watcher_(watcher),
+        subscription_(std::move(subscription)),
+        slot_(std::move(slot)),
+        version_(version),
+        connection_(connection) {}
+
+  /// False: the client has gone.
+  bool next(httplib::DataSink& sink) {
+    if (!greeted_) return greet(sink);
+    const auto now = JobWatcher::Clock::now();
+    const auto view = subscription_->wait_newer(version_, now + kLook);
+    if (connection_.peer_gone()) return false;
+    if (view == nullptr) return end(sink, ": the job was removed\n\n");
+    if (view->version > version_) return report(*view, sink);
+    if (watcher_.closed()) return end(sink, ": the server is going down\nretry: 2000\n\n");
+    return now - last_sent_ < kHeartbeat || send(sink, ": still here\n\n");
+  }
+
+ private:
+  bool greet(httplib::DataSink& sink) {
+    greeted_ = true;
+    return send(sink, kRetry);
+  }
+
+  bool report(const JobView& view, httplib::DataSink& sink) {
+    version_ = view.version;
+    if (!send(sink, event_of(view))) return false;
+    if (is_terminal(view.job.state())) sink.done();
+    return true;
+  }
+
+  bool end(httplib::DataSink& sink, std::string_view last_words) {
+    if (!send(sink, last_words)) return false;
+    sink.done();
+    return true;
+  }
+
+  bool send(httplib::DataSink& sink, std::string_view text) {
+    last_sent_ = JobWatcher::Clock::now();
+    return sink.write(text.data(), text.size());
+  }
+
+  JobWatcher& watcher_;
+  std::unique_ptr<JobWatcher::Subscription> subscription_;
+  std::unique_ptr<Slot> slot_;
+  std::uint64_t version_;
+  GuardedStream& connection_;
+  bool greeted_ = false;
+  JobWatcher::Clock::time_point last_sent_;
+};
+
+}  // namespace
+
+void EventStreams::open(Call& call) {
+  if (watcher_.closed()) throw crease::Error("shutting_down", "the server is going down");
+  const bool full = ++*count_ > max_streams_;
+  auto slot = std::make_unique<Slot>(count_);
+  if (full) throw crease::Error("too_many_streams", fmt::format("{} event streams are open", max_streams_));
+
+  auto subscription = watcher_.subscribe(call.id);
+  if (subscription == nullptr) throw crease::Error("job_not_found", "there is no job '" + call.id + "'");
+  const std::uint64_t version = last_event_id(call.exchange.head.header("Last-Event-ID"));
+  const auto now = subscription->wait_newer(0, JobWatcher::Clock::now());
+  if (now != nullptr && is_terminal(now->job.state()) && version >= now->version) {
+    call.response.status = 204;  // tells an EventSource that there is no more to come
+    return;
+  }
+  call.response.set_header("X-Accel-Buffering", "no");
+  auto stream =
+      std::make_shared<EventStream>(watcher_, std::move(subscription), std::move(slot), version, call.exchange.stream);
+  const auto provider = [stream](std::size_t, httplib::DataSink& sink) { return stream->next(sink); };
+  if (call.exchange.head.version == "HTTP/1.1") {
+    call.response.set_chunked_content_provider("text/event-stream", provider);
+  } else {
+    call.exchange.close = true;
+    call.response.set_content_provider("text/event-stream", provider);
+  }
+}
+
+}  // namespace creased

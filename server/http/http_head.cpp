@@ -1,0 +1,159 @@
+#include "server/http/http_head.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "core/error.h"
+
+namespace creased {
+namespace {
+
+[[noreturn]] void malformed(const std::string& detail) { throw crease::Error("request_malformed", detail); }
+
+bool is_token_char(unsigned char c) {
+  return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+         std::string_view("!#$%&'*+-.^_`|~").find(static_cast<char>(c)) != std::string_view::npos;
+}
+
+bool is_token(std::string_view text) { return !text.empty() && std::all_of(text.begin(), text.end(), is_token_char); }
+
+bool is_field_text(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](unsigned char c) { return c == '\t' || (c >= 0x20 && c != 0x7f); });
+}
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+std::string_view take_line(std::string_view& rest) {
+  const auto end = rest.find("\r\n");
+  if (end == std::string_view::npos) malformed("a line of the head does not end in CRLF");
+  const std::string_view line = rest.substr(0, end);
+  rest.remove_prefix(end + 2);
+  return line;
+}
+
+std::string origin_form(std::string_view target) {
+  if (target.starts_with("/") || target == "*") return std::string(target);
+  if (!target.starts_with("http://")) malformed("the request target is not a path");
+  const auto slash = target.find('/', 7);
+  return slash == std::string_view::npos ? "/" : std::string(target.substr(slash));
+}
+
+void parse_request_line(std::string_view line, const HeadLimits& limits, RequestHead& head) {
+  const auto first = line.find(' ');
+  const auto last = line.rfind(' ');
+  if (first == std::string_view::npos || first == last) malformed("the request line has not three parts");
+  const std::string_view method = line.substr(0, first), target = line.substr(first + 1, last - first - 1);
+  const std::string_view version = line.substr(last + 1);
+  if (!is_token(method)) malformed("the method is not a token");
+  if (target.size() > limits.max_target_bytes) {
+    throw crease::Error("uri_too_long",
+                        "the target is longer than " + std::to_string(limits.max_target_bytes) + " bytes");
+  }
+  const auto visible = [](unsigned char c) { return c > 0x20 && c < 0x7f; };
+  if (target.empty() || !std::all_of(target.begin(), target.end(), visible)) {
+    malformed("the target has characters that must be percent-encoded");
+  }
+  if (!version.starts_with("HTTP/")) malformed("the request line does not end in an HTTP version");
+  if (version != "HTTP/1.1" && version != "HTTP/1.0") {
+    throw crease::Error("http_version_unsupported", "HTTP/1.1 and HTTP/1.0 are spoken here");
+  }
+  head.method = method;
+  head.target = origin_form(target.substr(0, target.find('#')));
+  head.version = version;
+}
+
+void parse_field(std::string_view line, RequestHead& head) {
+  if (line.front() == ' ' || line.front() == '\t') malformed("a header is folded over two lines");
+  const auto colon = line.find(':');
+  if (colon == std::string_view::npos || !is_token(line.substr(0, colon))) malformed("a header has no proper name");
+  const std::string_view value = trimmed(line.substr(colon + 1));
+  if (!is_field_text(value)) malformed("a header has control characters");
+  head.headers.emplace_back(line.substr(0, colon), value);
+}
+
+std::uint64_t parse_length(std::string_view text) {
+  std::uint64_t length = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), length);
+  if (text.empty() || error != std::errc() || end != text.data() + text.size()) {
+    malformed("Content-Length is not a number of bytes");
+  }
+  return length;
+}
+
+void settle_framing(RequestHead& head) {
+  const std::size_t lengths = head.count("Content-Length"), encodings = head.count("Transfer-Encoding");
+  if (lengths > 1) malformed("there is more than one Content-Length");
+  if (lengths == 1 && encodings > 0) malformed("Content-Length and Transfer-Encoding contradict each other");
+  if (lengths == 1) head.content_length = parse_length(head.header("Content-Length"));
+  if (encodings == 0) return;
+  if (head.version == "HTTP/1.0") malformed("HTTP/1.0 has no Transfer-Encoding");
+  if (encodings > 1 || !equals_ignoring_case(head.header("Transfer-Encoding"), "chunked")) {
+    throw crease::Error("transfer_encoding_unsupported", "the only transfer encoding here is chunked");
+  }
+  head.chunked = true;
+}
+
+bool lists_token(std::string_view list, std::string_view token) {
+  while (!list.empty()) {
+    const auto comma = std::min(list.find(','), list.size());
+    if (equals_ignoring_case(trimmed(list.substr(0, comma)), token)) return true;
+    list.remove_prefix(std::min(comma + 1, list.size()));
+  }
+  return false;
+}
+
+void settle_connection(RequestHead& head) {
+  const std::string_view connection = head.header("Connection");
+  head.keep_alive =
+      head.version == "HTTP/1.1" ? !lists_token(connection, "close") : lists_token(connection, "keep-alive");
+  if (head.count("Expect") == 0 || head.version == "HTTP/1.0") return;
+  if (head.count("Expect") > 1 || !equals_ignoring_case(head.header("Expect"), "100-continue")) {
+    throw crease::Error("expectation_failed", "the only expectation that can be met is 100-continue");
+  }
+  head.expects_continue = head.has_body();
+}
+
+}  // namespace
+
+std::size_t RequestHead::count(std::string_view name) const {
+  return static_cast<std::size_t>(std::count_if(
+      headers.begin(), headers.end(), [&](const auto& header) { return equals_ignoring_case(header.first, name); }));
+}
+
+std::string_view RequestHead::header(std::string_view name) const {
+  for (const auto& [key, value] : headers) {
+    if (equals_ignoring_case(key, name)) return value;
+  }
+  return {};
+}
+
+std::string_view RequestHead::path() const { return std::string_view(target).substr(0, target.find('?')); }
+
+RequestHead parse_head(std::string_view bytes, const HeadLimits& limits) {
+  RequestHead head;
+  std::string_view rest = bytes;
+  parse_request_line(take_line(rest), limits, head);
+  for (std::string_view line = take_line(rest); !line.empty(); line = take_line(rest)) {
+    if (head.headers.size() == limits.max_headers) {
+      throw crease::Error("headers_too_large", "more than " + std::to_string(limits.max_headers) + " headers");
+    }
+    parse_field(line, head);
+  }
+  const std::size_t hosts = head.count("Host");
+  if (hosts > 1 || (hosts == 0 && head.version == "HTTP/1.1")) malformed("there must be one Host header");
+  settle_framing(head);
+  settle_connection(head);
+  return head;
+}
+
+bool equals_ignoring_case(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) { return lower(x) == lower(y); });
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+}  // namespace creased

@@ -1,0 +1,65 @@
+#include "server/http/jobs.h"
+
+#include "proto/convert.h"
+#include "server/log.h"
+
+namespace creased {
+namespace {
+
+constexpr double kDefaultPage = 50;
+
+crease::Error not_found(const std::string& id) { return {"job_not_found", "there is no job '" + id + "'"}; }
+
+nlohmann::ordered_json with_links(crease::v1::Job job) {
+  const std::string self = "/v1/jobs/" + job.id();
+  auto& links = *job.mutable_links();
+  links.set_self(self);
+  links.set_events(self + "/events");
+  links.set_mesh(self + "/mesh");
+  links.set_labels(self + "/labels");
+  links.set_report(self + "/report");
+  links.set_cancel(self + "/cancel");
+  return crease::to_json(job);
+}
+
+}  // namespace
+
+crease::v1::Job find_job(Store& store, const std::string& id) {
+  auto job = store.find(id);
+  if (!job) throw not_found(id);
+  return std::move(*job);
+}
+
+std::string job_json(const crease::v1::Job& job) { return with_links(job).dump(); }
+
+void list_jobs(Services& services, Call& call) {
+  const auto limit = static_cast<std::size_t>(query_number(call.request.params, "limit", kDefaultPage));
+  const JobPage page = services.store.list(call.query("state"), limit, call.query("cursor"));
+  nlohmann::ordered_json answer = {{"jobs", nlohmann::ordered_json::array()}};
+  for (const auto& job : page.jobs) answer["jobs"].push_back(with_links(job));
+  if (!page.next_cursor.empty()) answer["next_cursor"] = page.next_cursor;
+  call.response.set_content(answer.dump(), "application/json");
+}
+
+void get_job(Services& services, Call& call) {
+  call.response.set_content(job_json(find_job(services.store, call.id)), "application/json");
+}
+
+void cancel_job(Services& services, Call& call) {
+  const auto job = services.store.cancel(call.id);
+  if (!job) throw not_found(call.id);
+  services.watcher.refresh(call.id);
+  log_event(spdlog::level::info, "job cancel requested", {{"job", call.id}, {"request", call.exchange.request_id}});
+  call.response.status = is_terminal(job->state()) ? 200 : 202;
+  call.response.set_content(job_json(*job), "application/json");
+}
+
+void delete_job(Services& services, Call& call) {
+  if (!services.store.remove(call.id)) throw not_found(call.id);
+  services.watcher.refresh(call.id);
+  services.metrics.forget(call.id);
+  log_event(spdlog::level::info, "job removed", {{"job", call.id}, {"request", call.exchange.request_id}});
+  call.response.status = 204;
+}
+
+}  // namespace creased

@@ -1,0 +1,241 @@
+#include "server/http/openapi.h"
+
+#include <google/protobuf/descriptor.h>
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <set>
+#include <string>
+
+#include "crease/v1/job.pb.h"
+#include "crease/v1/result.pb.h"
+#include "proto/error_table.h"
+#include "proto/parameter_table.h"
+#include "server/http/routes.h"
+
+namespace creased {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using google::protobuf::Descriptor;
+using google::protobuf::FieldDescriptor;
+
+// What any call can meet before it reaches its handler.
+const std::vector<std::string> kCommonProblems = {"expectation_failed",
+                                                  "headers_too_large",
+                                                  "http_version_unsupported",
+                                                  "internal",
+                                                  "content_encoding_unsupported",
+                                                  "method_not_allowed",
+                                                  "not_found",
+                                                  "parameter_unknown",
+                                                  "parameter_invalid",
+                                                  "payload_too_large",
+                                                  "request_malformed",
+                                                  "request_timeout",
+                                                  "store_unavailable",
+                                                  "too_many_connections",
+                                                  "transfer_encoding_unsupported",
+                                                  "uri_too_long"};
+
+Json reference(const std::string& schema) { return {{"$ref", "#/components/schemas/" + schema}}; }
+
+Json field_schema(const FieldDescriptor& field) {
+  switch (field.cpp_type()) {
+    case FieldDescriptor::CPPTYPE_MESSAGE:
+      return reference(field.message_type()->name());
+    case FieldDescriptor::CPPTYPE_BOOL:
+      return {{"type", "boolean"}};
+    case FieldDescriptor::CPPTYPE_DOUBLE:
+    case FieldDescriptor::CPPTYPE_FLOAT:
+      return {{"type", "number"}};
+    case FieldDescriptor::CPPTYPE_STRING:
+      return {{"type", "string"}};
+    default:
+      return {{"type", "integer"}, {"minimum", 0}};
+  }
+}
+
+void add_message(const Descriptor& message, Json& schemas) {
+  if (schemas.contains(message.name())) return;
+  Json& schema = schemas[message.name()] = {{"type", "object"}, {"properties", Json::object()}};
+  std::vector<const Descriptor*> inner;
+  for (int i = 0; i < message.field_count(); ++i) {
+    const FieldDescriptor& field = *message.field(i);
+    Json one = field_schema(field);
+    schema["properties"][field.name()] = field.is_repeated() ? Json{{"type", "array"}, {"items", one}} : one;
+    if (field.message_type() != nullptr) inner.push_back(field.message_type());
+  }
+  for (const auto* next : inner) add_message(*next, schemas);
+}
+
+Json problem_schema() {
+  Json codes = Json::array();
+  for (const auto& kind : crease::error_table()) codes.push_back(kind.code);
+  Json text = {{"type", "string"}};
+  return {{"type", "object"},
+          {"description", "A problem document (RFC 9457)."},
+          {"required", {"type", "title", "status", "code"}},
+          {"properties",
+           {{"type", {{"type", "string"}, {"format", "uri-reference"}}},
+            {"title", text},
+            {"status", {{"type", "integer"}}},
+            {"code", {{"type", "string"}, {"enum", codes}}},
+            {"detail", text},
+            {"place", text},
+            {"field", text},
+            {"value", text},
+            {"expected", text},
+            {"request_id", text}}}};
+}
+
+// As JSON has them: edges in pairs, unlike the flat list of the message.
+Json labels_schema() {
+  const Json numbers = {{"type", "array"}, {"items", {{"type", "number"}}}};
+  const Json pair = {{"type", "array"}, {"items", {{"type", "integer"}}}, {"minItems", 2}, {"maxItems", 2}};
+  return {{"type", "object"},
+          {"properties",
+           {{"edges", {{"type", "array"}, {"items", pair}}},
+            {"labels", numbers},
+            {"dihedral_deg", numbers},
+            {"count", {{"type", "integer"}}},
+            {"threshold", {{"type", "number"}}}}}};
+}
+
+Json component_schemas() {
+  Json schemas = Json::object();
+  Json parameters = crease::parameters_schema();
+  parameters.erase("$schema");
+  parameters.erase("$id");
+  schemas["Parameters"] = parameters;
+  schemas["EdgeLabels"] = labels_schema();
+  schemas["Problem"] = problem_schema();
+  add_message(*crease::v1::JobList::descriptor(), schemas);
+  add_message(*crease::v1::Report::descriptor(), schemas);
+  return schemas;
+}
+
+Json query_parameter(const std::string& name, const std::string& meaning, Json schema) {
+  return {{"name", name}, {"in", "query"}, {"description", meaning}, {"schema", std::move(schema)}};
+}
+
+Json field_as_schema(const QueryField& field) {
+  Json schema = {{"type", field.type}};
+  if (!field.values.empty()) schema["enum"] = field.values;
+  if (field.type == "integer" || field.type == "number") {
+    schema["minimum"] = field.min;
+    schema["maximum"] = field.max;
+  }
+  return schema;
+}
+
+Json header_parameter(const std::string& name, const std::string& meaning) {
+  return {{"name", name}, {"in", "header"}, {"description", meaning}, {"schema", {{"type", "string"}}}};
+}
+
+Json operation_parameters(const Route& route) {
+  Json all = Json::array();
+  if (route.path.find("{id}") != std::string::npos) {
+    all.push_back({{"name", "id"}, {"in", "path"}, {"required", true}, {"schema", {{"type", "string"}}}});
+  }
+  for (const auto& field : route.query) {
+    all.push_back(query_parameter(field.name, field.meaning, field_as_schema(field)));
+  }
+  if (route.operation == "watch_job") {
+    all.push_back(header_parameter("Last-Event-ID", "Only what is newer than the event with this id."));
+  }
+  if (!route.takes_parameters()) return all;
+  all.push_back(header_parameter("Prefer", "wait=N holds the answer until the job ends, N seconds at most."));
+  all.push_back(header_parameter("Idempotency-Key", "1 to 255 visible ASCII characters; makes a retry safe."));
+  const Json schema = crease::parameters_schema();
+  for (const auto& info : crease::parameter_table()) {
+    all.push_back(query_parameter(info.name, info.meaning, schema["properties"][info.name]));
+  }
+  return all;
+}
+
+Json submit_body() {
+  const Json bytes = Json::object();
+  return {{"required", true},
+          {"content",
+           {{"multipart/form-data",
+             {{"schema",
+               {{"type", "object"},
+                {"required", {"mesh"}},
+                {"properties", {{"mesh", bytes}, {"parameters", reference("Parameters")}}}}}}},
+            {"model/obj", bytes},
+            {"model/stl", bytes},
+            {"model/gltf-binary", bytes},
+            {"model/gltf+json", bytes},
+            {"application/x-ply", bytes},
+            {"application/x-off", bytes},
+            {"application/octet-stream", bytes},
+            {"application/x-protobuf", bytes}}}};
+}
+
+Json success(const Route& route, const RouteAnswer& answer) {
+  Json response = {{"description", answer.meaning}};
+  for (const auto& type : answer.media_types) {
+    const bool typed = type == "application/json" && !answer.schema.empty();
+    response["content"][type] = typed ? Json{{"schema", reference(answer.schema)}} : Json::object();
+  }
+  if (route.takes_parameters()) {
+    response["headers"]["Location"] = {{"description", "Path of the job."}, {"schema", {{"type", "string"}}}};
+  }
+  return response;
+}
+
+Json problems(const Route& route) {
+  std::map<int, std::set<std::string>> by_status;
+  for (const auto* codes : {&route.problems, &kCommonProblems}) {
+    for (const auto& code : *codes) by_status[crease::error_kind(code).status].insert(code);
+  }
+  Json responses = Json::object();
+  for (const auto& [status, codes] : by_status) {
+    std::string description;
+    for (const auto& code : codes) description += (description.empty() ? "" : ", ") + code;
+    responses[std::to_string(status)] = {
+        {"description", description},
+        {"content", {{"application/problem+json", {{"schema", reference("Problem")}}}}},
+        {"x-codes", codes}};
+  }
+  return responses;
+}
+
+Json operation(const Route& route) {
+  Json one = {
+      {"operationId", route.operation}, {"summary", route.summary}, {"parameters", operation_parameters(route)}};
+  if (route.takes_parameters()) one["requestBody"] = submit_body();
+  for (const auto& answer : route.answers) one["responses"][std::to_string(answer.status)] = success(route, answer);
+  one["responses"].update(problems(route));
+  return one;
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+Json make_document() {
+  Json document = {{"openapi", "3.1.0"},
+                   {"info",
+                    {{"title", "creased"},
+                     {"version", CREASE_VERSION},
+                     {"summary", "Removes noise from triangle meshes, keeps their ridges, and labels them."}}},
+                   {"servers", {{{"url", "/"}}}},
+                   {"security", Json::array()}};
+  for (const auto& route : routes()) document["paths"][route.path][lower(route.method)] = operation(route);
+  document["components"]["schemas"] = component_schemas();
+  return document;
+}
+
+}  // namespace
+
+const nlohmann::ordered_json& openapi_document() {
+  static const Json document = make_document();
+  return document;
+}
+
+}  // namespace creased

@@ -1,0 +1,31 @@
+#include "server/http/problem.h"
+
+#include <nlohmann/json.hpp>
+
+#include "proto/error_table.h"
+
+namespace creased {
+
+std::string problem_json(const crease::Error& error, const std::string& request_id) {
+  const auto problem = crease::to_problem(error);
+  nlohmann::ordered_json document = {
+      {"type", problem.type()}, {"title", problem.title()}, {"status", problem.status()}, {"code", problem.code()}};
+  for (const auto& [name, text] : {std::pair{"detail", &problem.detail()}, std::pair{"place", &problem.place()},
+                                   std::pair{"field", &problem.field()}, std::pair{"value", &problem.value()},
+                                   std::pair{"expected", &problem.expected()}}) {
+    if (!text->empty()) document[name] = *text;
+  }
+  document["request_id"] = request_id;
+  // What the client sent need not be UTF-8.
+  return document.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+void answer_problem(httplib::Response& response, const crease::Error& error, const std::string& request_id) {
+  response.status = crease::error_kind(error.code()).status;
+  response.set_content(problem_json(error, request_id), "application/problem+json");
+  if (response.status == 503 || error.code() == "job_not_finished" || error.code() == "snapshot_unavailable") {
+    response.headers.emplace("Retry-After", "1");
+  }
+}
+
+}  // namespace creased

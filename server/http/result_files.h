@@ -1,0 +1,49 @@
+#pragma once
+
+#include <condition_variable>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <semaphore>
+#include <set>
+#include <string>
+
+#include "core/io/encode.h"
+#include "core/io/mesh_format.h"
+#include "server/http/file_download.h"
+#include "server/store/store.h"
+
+namespace creased {
+
+enum class LabelFormat { kJson, kCsv, kProtobuf };
+
+/// Files made from the results of jobs: encoded when first asked for, once however many ask, and kept beside the
+/// result.
+class ResultFiles {
+ public:
+  explicit ResultFiles(Store& store) : store_(store) {}
+
+  /// The mesh of a job that succeeded.
+  std::shared_ptr<const OpenFile> mesh(const crease::v1::Job& job, crease::MeshFormat format);
+  /// The mesh of a running job at its last snapshot. \throw crease::Error snapshot_unavailable
+  std::shared_ptr<const OpenFile> snapshot(const crease::v1::Job& job, crease::MeshFormat format);
+  /// The edges of a job that succeeded whose label is at least `min`.
+  std::shared_ptr<const OpenFile> labels(const crease::v1::Job& job, LabelFormat format, double min);
+
+ private:
+  using Encode = std::function<std::string(const crease::LabelledMesh&)>;
+  class Turn;
+
+  std::shared_ptr<const OpenFile> kept(const crease::v1::Job& job, const std::string& name, const Encode& encode);
+  std::shared_ptr<const OpenFile> passing(const std::filesystem::path& source, const Encode& encode);
+
+  Store& store_;
+  std::mutex mutex_;
+  std::condition_variable finished_;
+  std::set<std::string> under_way_;
+  // Two at a time, so that many downloads of large results do not take the memory all at once.
+  std::counting_semaphore<> encoders_{2};
+};
+
+}  // namespace creased

@@ -1,0 +1,270 @@
+#include "server/http/routes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/io/mesh_format.h"
+#include "proto/parameter_table.h"
+
+namespace creased {
+namespace {
+
+using crease::Error;
+
+constexpr std::size_t kMaxIdBytes = 64;
+
+const std::vector<std::string> kMeshFormats = {"glb", "gltf", "obj", "ply", "stl", "off", "json"};
+const std::vector<std::string> kUploadFormats = {"obj", "ply", "off", "stl", "gltf", "glb"};
+const std::string kJson = "application/json";
+
+std::vector<std::string> mesh_media_types() {
+  std::vector<std::string> types;
+  for (const auto& name : kMeshFormats) types.emplace_back(crease::media_type(*crease::format_from_name(name)));
+  return types;
+}
+
+std::vector<std::string> submit_problems() {
+  return {"mesh_count_mismatch", "mesh_empty",           "mesh_format_unknown",    "mesh_index_out_of_range",
+          "mesh_no_extent",      "mesh_no_faces",        "mesh_not_finite",        "mesh_syntax",
+          "mesh_too_large",      "mesh_truncated",       "mesh_unsupported",       "inspection_failed",
+          "body_missing",        "body_incomplete",      "payload_too_large",      "content_type_unsupported",
+          "json_invalid",        "multipart_invalid",    "multipart_part_missing", "multipart_part_unknown",
+          "protobuf_invalid",    "idempotency_conflict", "parameter_invalid",      "parameter_out_of_range",
+          "queue_full",          "store_unavailable",    "shutting_down"};
+}
+
+Route submit_route() {
+  return {"POST",
+          "/v1/jobs",
+          "submit_job",
+          "Submit a mesh to be smoothed",
+          {{"name", "string", "File name of the mesh, for people and for guessing the format."},
+           {"format", "string", "Format of the mesh; otherwise by media type, name, then its bytes.", kUploadFormats}},
+          {{202, "The job has been taken; Location names it.", {kJson}, "Job"},
+           {200, "The job has ended within the time of `Prefer: wait`.", {kJson}, "Job"}},
+          submit_problems()};
+}
+
+std::vector<Route> job_routes() {
+  return {
+      {"GET",
+       "/v1/jobs",
+       "list_jobs",
+       "List jobs, newest first",
+       {{"state", "string", "Only jobs in this state.", {"queued", "running", "succeeded", "failed", "cancelled"}},
+        {"limit", "integer", "Jobs on a page.", {}, 1, 1000},
+        {"cursor", "string", "Where a page starts: next_cursor of the page before."}},
+       {{200, "A page of jobs.", {kJson}, "JobList"}},
+       {"parameter_invalid", "parameter_out_of_range"}},
+      {"GET",
+       "/v1/jobs/{id}",
+       "get_job",
+       "A job: state, input, parameters, progress, result",
+       {},
+       {{200, "The job.", {kJson}, "Job"}},
+       {"job_not_found"}},
+      {"DELETE",
+       "/v1/jobs/{id}",
+       "delete_job",
+       "Remove a job with its data",
+       {},
+       {{204, "The job is gone.", {}, ""}},
+       {"job_not_found"}},
+      {"POST",
+       "/v1/jobs/{id}/cancel",
+       "cancel_job",
+       "Stop a job",
+       {},
+       {{202, "The job stops within a sweep.", {kJson}, "Job"}, {200, "The job has ended.", {kJson}, "Job"}},
+       {"job_not_found"}},
+      {"GET",
+       "/v1/jobs/{id}/events",
+       "watch_job",
+       "Follow a job as server-sent events: progress, then succeeded, failed or cancelled",
+       {},
+       {{200, "The events.", {"text/event-stream"}, ""}, {204, "Last-Event-ID was the last event.", {}, ""}},
+       {"job_not_found", "too_many_streams", "shutting_down"}},
+  };
+}
+
+std::vector<Route> result_routes() {
+  const std::vector<std::string> unfinished = {"job_not_found", "job_not_finished", "job_failed", "job_cancelled",
+                                               "parameter_invalid"};
+  auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), unfinished.begin(), unfinished.end());
+    return more;
+  };
+  return {
+      {"GET",
+       "/v1/jobs/{id}/mesh",
+       "get_mesh",
+       "The smoothed mesh",
+       {{"format", "string", "Format of the mesh; otherwise by Accept, otherwise glb.", kMeshFormats},
+        {"snapshot", "boolean", "While the job runs: the mesh as it is now."}},
+       {{200, "The mesh.", mesh_media_types(), ""},
+        {206, "A range of its bytes.", mesh_media_types(), ""},
+        {304, "The mesh of If-None-Match is current.", {}, ""}},
+       with({"not_acceptable", "range_not_satisfiable", "snapshot_unavailable"})},
+      {"GET",
+       "/v1/jobs/{id}/labels",
+       "get_labels",
+       "Ridge label and signed dihedral angle of every edge",
+       {{"format", "string", "Format of the labels.", {"json", "csv", "pb"}},
+        {"min", "number", "Only edges with a label of at least this.", {}, 0, 1}},
+       {{200, "The labels.", {kJson, "text/csv", "application/x-protobuf"}, "EdgeLabels"},
+        {206, "A range of their bytes.", {kJson, "text/csv", "application/x-protobuf"}, ""},
+        {304, "The labels of If-None-Match are current.", {}, ""}},
+       with({"range_not_satisfiable", "parameter_out_of_range"})},
+      {"GET",
+       "/v1/jobs/{id}/report",
+       "get_report",
+       "Input facts, parameters, energy of every sweep, displacement, counts, timings",
+       {{"format", "string", "Format of the report.", {"json", "pb"}}},
+       {{200, "The report.", {kJson, "application/x-protobuf"}, "Report"}},
+       with({})},
+  };
+}
+
+std::vector<Route> service_routes() {
+  return {
+      {"GET",
+       "/v1/parameters",
+       "get_parameters",
+       "Every parameter: type, unit, range, default, meaning, as JSON Schema",
+       {},
+       {{200, "JSON Schema.", {"application/schema+json"}, ""}},
+       {}},
+      {"GET", "/healthz", "get_health", "Whether the process answers", {}, {{200, "It does.", {kJson}, ""}}, {}},
+      {"GET",
+       "/readyz",
+       "get_readiness",
+       "Whether jobs are taken",
+       {},
+       {{200, "They are.", {kJson}, ""}},
+       {"shutting_down", "store_unavailable"}},
+      {"GET",
+       "/metrics",
+       "get_metrics",
+       "Figures in the text format of Prometheus",
+       {},
+       {{200, "The figures.", {"text/plain"}, ""}},
+       {}},
+      {"GET",
+       "/openapi.json",
+       "get_openapi",
+       "This description",
+       {},
+       {{200, "OpenAPI 3.1.", {"application/vnd.oai.openapi+json"}, ""}},
+       {}},
+  };
+}
+
+std::vector<Route> make_routes() {
+  std::vector<Route> all = {submit_route()};
+  for (auto&& part : {job_routes(), result_routes(), service_routes()}) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+bool match_path(std::string_view pattern, std::string_view path, std::string& id) {
+  const auto brace = pattern.find("{id}");
+  if (brace == std::string_view::npos) return pattern == path;
+  const std::string_view before = pattern.substr(0, brace), after = pattern.substr(brace + 4);
+  if (path.size() <= before.size() + after.size() || !path.starts_with(before) || !path.ends_with(after)) return false;
+  const std::string_view middle = path.substr(before.size(), path.size() - before.size() - after.size());
+  if (middle.size() > kMaxIdBytes || middle.find('/') != std::string_view::npos) return false;
+  id = middle;
+  return true;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const auto& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+std::string known_names(const Route& route) {
+  std::vector<std::string> names;
+  for (const auto& field : route.query) names.push_back(field.name);
+  if (route.takes_parameters()) names.emplace_back("a parameter of GET /v1/parameters");
+  return names.empty() ? "no query" : "one of " + joined(names);
+}
+
+bool is_parameter(const std::string& name) {
+  const auto& table = crease::parameter_table();
+  return std::any_of(table.begin(), table.end(), [&](const auto& info) { return info.name == name; });
+}
+
+void check_value(const QueryField& field, const std::string& value) {
+  if (!field.values.empty() && std::find(field.values.begin(), field.values.end(), value) == field.values.end()) {
+    throw Error::parameter("parameter_invalid", field.name, value, "one of " + joined(field.values));
+  }
+  if (field.type == "boolean" && value != "true" && value != "false") {
+    throw Error::parameter("parameter_invalid", field.name, value, "true or false");
+  }
+  if (field.type != "integer" && field.type != "number") return;
+  const std::string expected =
+      fmt::format("a{} {} from {} to {}", field.type == "integer" ? "n" : "", field.type, field.min, field.max);
+  double number = 0;
+  const char* const end = value.data() + value.size();
+  const auto [stop, error] = std::from_chars(value.data(), end, number);
+  if (error != std::errc() || stop != end || !std::isfinite(number) ||
+      (field.type == "integer" && number != std::floor(number))) {
+    throw Error::parameter("parameter_invalid", field.name, value, expected);
+  }
+  if (number < field.min || number > field.max) {
+    throw Error::parameter("parameter_out_of_range", field.name, value, expected);
+  }
+}
+
+}  // namespace
+
+std::span<const Route> routes() {
+  static const std::vector<Route> table = make_routes();
+  return table;
+}
+
+RouteMatch match_route(std::string_view method, std::string_view path) {
+  RouteMatch match;
+  for (const auto& route : routes()) {
+    if (!match_path(route.path, path, match.id)) continue;
+    match.allowed.push_back(route.method);
+    if (route.method == "GET") match.allowed.emplace_back("HEAD");
+    if (route.method == method || (method == "HEAD" && route.method == "GET")) match.route = &route;
+  }
+  if (!match.allowed.empty()) match.allowed.emplace_back("OPTIONS");
+  return match;
+}
+
+void check_query(const Route& route, const httplib::Params& query) {
+  for (const auto& [name, value] : query) {
+    if (query.count(name) > 1) throw Error::parameter("parameter_invalid", name, value, "to be given once");
+    const auto field = std::find_if(route.query.begin(), route.query.end(),
+                                    [&, &key = name](const QueryField& known) { return known.name == key; });
+    if (field != route.query.end()) {
+      check_value(*field, value);
+    } else if (!route.takes_parameters() || !is_parameter(name)) {
+      throw Error::parameter("parameter_unknown", name, value, known_names(route));
+    }
+  }
+}
+
+std::string query_value(const httplib::Params& query, const std::string& name, std::string otherwise) {
+  const auto found = query.find(name);
+  return found == query.end() ? otherwise : found->second;
+}
+
+double query_number(const httplib::Params& query, const std::string& name, double otherwise) {
+  const auto found = query.find(name);
+  if (found != query.end()) {
+    std::from_chars(found->second.data(), found->second.data() + found->second.size(), otherwise);
+  }
+  return otherwise;
+}
+
+bool query_flag(const httplib::Params& query, const std::string& name) { return query_value(query, name) == "true"; }
+
+}  // namespace creased

@@ -1,0 +1,155 @@
+#include "server/http/serve.h"
+
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <future>
+#include <system_error>
+#include <thread>
+
+#include "server/http/api.h"
+#include "server/log.h"
+#include "server/worker/supervisor.h"
+
+namespace creased {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kPoll{20};
+constexpr milliseconds kDrainGrace{2'000};
+constexpr milliseconds kLastGrace{3'000};
+constexpr double kWorkerGraceSeconds = 4;
+
+milliseconds milliseconds_of(double seconds) { return milliseconds(static_cast<std::int64_t>(seconds * 1000)); }
+
+GuardedServer::Options server_options(const ServeConfig& config) {
+  GuardedServer::Options options;
+  options.stream.head_timeout = milliseconds_of(config.head_timeout);
+  options.stream.body_timeout = milliseconds_of(config.body_timeout);
+  options.stream.idle_timeout = milliseconds_of(config.idle_timeout);
+  options.max_connections = config.max_connections;
+  return options;
+}
+
+Inspector::Options inspector_options(const ServeConfig& config, const std::filesystem::path& executable) {
+  Inspector::Options options;
+  options.executable = executable;
+  options.max_vertices = config.limits.max_vertices;
+  options.max_faces = config.limits.max_faces;
+  return options;
+}
+
+/// A connection is an open file, and so are the files that it reads: as many as may be.
+void raise_file_limit() {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+void write_port_file(const std::filesystem::path& path, int port) {
+  auto partial = path;
+  partial += ".part";
+  std::ofstream file(partial);
+  file << port << '\n';
+  file.close();
+  if (!file) throw std::system_error(std::make_error_code(std::errc::io_error), "cannot write " + path.string());
+  std::filesystem::rename(partial, path);
+}
+
+sigset_t ending_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  return signals;
+}
+
+/// The service while it runs: server, watcher, workers; ended in the order that loses nothing.
+class Service {
+ public:
+  Service(const ServeConfig& config, const std::filesystem::path& executable)
+      : store_(open_store({config.store.url, config.store.data_dir, config.store.max_queued})),
+        inspector_(inspector_options(config, executable)),
+        watcher_(*store_, kPoll, [this](const crease::v1::Job& job) { metrics_.count_state(job); }),
+        api_(
+            {*store_, inspector_, watcher_, metrics_, shutting_down_, config.max_upload_mb << 20U, config.max_streams}),
+        server_(server_options(config), api_.hooks()) {
+    api_.attach(server_);
+    port_ = server_.bind(config.host, config.port);
+    if (config.workers > 0) {
+      workers_ =
+          std::make_unique<Supervisor>(Supervisor::Options{executable, worker_arguments(config), config.workers, 0});
+    }
+  }
+
+  int port() const { return port_; }
+
+  /// Returns the exit code.
+  int run() {
+    auto served = std::async(std::launch::async, [this] {
+      const bool ended_well = server_.serve();
+      ::kill(::getpid(), SIGTERM);  // wakes the wait below if nobody else did
+      return ended_well;
+    });
+    const sigset_t signals = ending_signals();
+    int signal = 0;
+    sigwait(&signals, &signal);
+    return drain(served, signal);
+  }
+
+ private:
+  int drain(std::future<bool>& served, int signal) {
+    log_event(spdlog::level::info, "draining", {{"signal", signal == SIGINT ? "SIGINT" : "SIGTERM"}});
+    shutting_down_ = true;
+    watcher_.close();
+    auto stopped = std::async(std::launch::async, [this] {
+      if (workers_ != nullptr) workers_->stop(kWorkerGraceSeconds);
+    });
+    server_.drain(kDrainGrace);
+    stopped.wait();
+    if (served.wait_for(kLastGrace) != std::future_status::ready) {
+      // A request is stuck, for instance in an upload under inspection; the store needs no farewell.
+      spdlog::warn("stopped with requests under way");
+      std::_Exit(0);
+    }
+    spdlog::info("stopped");
+    return served.get() ? 0 : 1;
+  }
+
+  std::atomic<bool> shutting_down_{false};
+  std::unique_ptr<Store> store_;
+  Metrics metrics_;
+  Inspector inspector_;
+  JobWatcher watcher_;
+  Api api_;
+  GuardedServer server_;
+  std::unique_ptr<Supervisor> workers_;
+  int port_ = 0;
+};
+
+}  // namespace
+
+int serve(const ServeConfig& config, const std::filesystem::path& executable) {
+  raise_file_limit();
+  try {
+    std::filesystem::create_directories(config.store.data_dir);
+    Service service(config, executable);
+    if (!config.port_file.empty()) write_port_file(config.port_file, service.port());
+    log_event(spdlog::level::info, "listening",
+              {{"host", config.host}, {"port", service.port()}, {"version", CREASE_VERSION}});
+    return service.run();
+  } catch (const std::system_error& error) {
+    spdlog::critical("cannot listen on {} port {}: {}", config.host, config.port, error.what());
+  } catch (const std::exception& error) {
+    spdlog::critical("cannot start: {}", error.what());
+  }
+  return 1;
+}
+
+}  // namespace creased

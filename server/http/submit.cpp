@@ -1,0 +1,107 @@
+#include "server/http/submit.h"
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+
+#include "proto/convert.h"
+#include "proto/parameter_table.h"
+#include "server/http/file_name.h"
+#include "server/http/upload.h"
+#include "server/log.h"
+
+namespace creased {
+namespace {
+
+using crease::Error;
+using std::chrono::seconds;
+
+constexpr seconds kLongestWait{60};
+
+/// `wait` of Prefer [RFC 7240], bounded; a preference that is not understood is none.
+std::optional<seconds> preferred_wait(std::string_view prefer) {
+  while (!prefer.empty()) {
+    const auto comma = std::min(prefer.find(','), prefer.size());
+    const std::string_view preference = trimmed(prefer.substr(0, comma));
+    prefer.remove_prefix(std::min(comma + 1, prefer.size()));
+    if (!preference.starts_with("wait=")) continue;
+    std::uint32_t value = 0;
+    const char* const end = preference.data() + preference.size();
+    const auto [stop, error] = std::from_chars(preference.data() + 5, end, value);
+    if (stop != end || error == std::errc::invalid_argument) return std::nullopt;
+    if (error != std::errc()) return kLongestWait;
+    return std::min(seconds(value), kLongestWait);
+  }
+  return std::nullopt;
+}
+
+std::string idempotency_key(const RequestHead& head) {
+  const std::string key(head.header("Idempotency-Key"));
+  const bool given = head.count("Idempotency-Key") > 0;
+  const bool visible = std::all_of(key.begin(), key.end(), [](unsigned char c) { return c > 0x20 && c < 0x7f; });
+  if (given && (key.empty() || key.size() > 255 || !visible || head.count("Idempotency-Key") > 1)) {
+    throw Error::parameter("parameter_invalid", "Idempotency-Key", key, "1 to 255 visible ASCII characters");
+  }
+  return key;
+}
+
+NewJob inspected(Services& services, const Submission& submission) {
+  const std::string name = clean_file_name(submission.name);
+  const Inspection inspection = services.inspector.inspect(submission.mesh->path(), submission.format, name);
+  NewJob job;
+  job.upload = submission.mesh->path();
+  job.input = inspection.facts;
+  job.input.set_name(name);
+  job.input.set_bytes(static_cast<std::uint32_t>(submission.mesh->bytes()));
+  job.input.set_sha256(submission.mesh->sha256());
+  job.parameters = crease::resolve(submission.parameters);
+  job.warnings = inspection.warnings;
+  job.fingerprint = crease::job_fingerprint(job.input.sha256(), job.input.format(), job.parameters);
+  job.request_digest = crease::sha256_hex(job.input.sha256() + "\n" + job.input.format() + "\n" +
+                                          crease::to_json(job.parameters).dump());
+  return job;
+}
+
+crease::v1::Job wait_for_end(Services& services, const crease::v1::Job& submitted, const Call& call, seconds time) {
+  constexpr std::chrono::milliseconds kLook{500};
+  const auto deadline = JobWatcher::Clock::now() + time;
+  const auto subscription = services.watcher.subscribe(submitted.id());
+  if (subscription == nullptr) return submitted;
+  auto view = subscription->wait_newer(0, deadline);
+  while (view != nullptr && !is_terminal(view->job.state())) {
+    const auto now = JobWatcher::Clock::now();
+    if (now >= deadline || services.watcher.closed() || call.exchange.stream.peer_gone()) break;
+    view = subscription->wait_newer(view->version, std::min(deadline, now + kLook));
+  }
+  return view == nullptr ? submitted : view->job;
+}
+
+}  // namespace
+
+void submit_job(Services& services, Call& call) {
+  const RequestHead& head = call.exchange.head;
+  const std::string key = idempotency_key(head);
+  const std::optional<seconds> wait = preferred_wait(head.header("Prefer"));
+
+  const Submission submission = receive_submission(call.request, *call.body, services.store);
+  NewJob new_job = inspected(services, submission);
+  new_job.idempotency_key = key;
+  bool created = false;
+  crease::v1::Job job = services.store.submit(new_job, created);
+  if (created) {
+    services.metrics.count_state(job);
+    log_event(spdlog::level::info, "job queued",
+              {{"job", job.id()}, {"request", call.exchange.request_id}, {"faces", job.input().faces()}});
+  } else {
+    call.response.set_header("Idempotent-Replayed", "true");
+  }
+  if (wait) {
+    job = wait_for_end(services, job, call, *wait);
+    call.response.set_header("Preference-Applied", "wait=" + std::to_string(wait->count()));
+  }
+  call.response.status = wait && is_terminal(job.state()) ? 200 : 202;
+  call.response.set_header("Location", "/v1/jobs/" + job.id());
+  call.response.set_content(job_json(job), "application/json");
+}
+
+}  // namespace creased

@@ -1,0 +1,95 @@
+#include "server/http/submit_message.h"
+
+#include <fcntl.h>
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl.h>
+#include <google/protobuf/wire_format_lite.h>
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "crease/v1/job.pb.h"
+#include "proto/parameter_table.h"
+#include "server/store/durable_file.h"
+
+namespace creased {
+namespace {
+
+using crease::v1::SubmitJobRequest;
+using google::protobuf::internal::WireFormatLite;
+
+constexpr std::uint32_t kMaxTextBytes = 64 * 1024;
+
+[[noreturn]] void invalid(const std::string& detail) { throw crease::Error("protobuf_invalid", detail); }
+
+class MessageReader {
+ public:
+  explicit MessageReader(google::protobuf::io::ZeroCopyInputStream& stream) : input_(&stream) {}
+
+  /// The number of the next field; 0 at the end.
+  std::uint32_t next() {
+    const std::uint32_t tag = input_.ReadTag();
+    if (tag == 0) {
+      if (!input_.ConsumedEntireMessage()) invalid("the message is malformed");
+      return 0;
+    }
+    if (WireFormatLite::GetTagWireType(tag) != WireFormatLite::WIRETYPE_LENGTH_DELIMITED) {
+      invalid("the message is no crease.v1.SubmitJobRequest");
+    }
+    if (!input_.ReadVarint32(&length_)) invalid("the message ends early");
+    return static_cast<std::uint32_t>(WireFormatLite::GetTagFieldNumber(tag));
+  }
+
+  std::string text() {
+    std::string bytes;
+    if (length_ > kMaxTextBytes || !input_.ReadString(&bytes, static_cast<int>(length_))) {
+      invalid("a field of the message is too long or ends early");
+    }
+    return bytes;
+  }
+
+  void copy_to(UploadFile& file) {
+    std::uint32_t left = length_;
+    while (left > 0) {
+      const void* data = nullptr;
+      int size = 0;
+      if (!input_.GetDirectBufferPointer(&data, &size)) invalid("the mesh in the message ends early");
+      const std::uint32_t count = std::min(left, static_cast<std::uint32_t>(size));
+      file.append(static_cast<const char*>(data), count);
+      input_.Skip(static_cast<int>(count));
+      left -= count;
+    }
+  }
+
+ private:
+  google::protobuf::io::CodedInputStream input_;
+  std::uint32_t length_ = 0;
+};
+
+}  // namespace
+
+SubmitFields split_submit_message(const std::filesystem::path& message, UploadFile& mesh) {
+  const Descriptor file(::open(message.c_str(), O_RDONLY | O_CLOEXEC));
+  google::protobuf::io::FileInputStream stream(file.get());
+  MessageReader reader(stream);
+  SubmitFields fields;
+  std::uint32_t seen = 0;
+  while (const std::uint32_t field = reader.next()) {
+    if (field > 4) invalid("the message has a field " + std::to_string(field) + " that is not known here");
+    if ((seen & (1U << field)) != 0) invalid("a field of the message is there more than once");
+    seen |= 1U << field;
+    if (field == SubmitJobRequest::kMeshFieldNumber) {
+      reader.copy_to(mesh);
+    } else if (field == SubmitJobRequest::kNameFieldNumber) {
+      fields.name = reader.text();
+    } else if (field == SubmitJobRequest::kFormatFieldNumber) {
+      fields.format = reader.text();
+    } else if (!fields.parameters.ParseFromString(reader.text())) {
+      invalid("the parameters of the message are malformed");
+    }
+  }
+  crease::validate(fields.parameters);
+  return fields;
+}
+
+}  // namespace creased

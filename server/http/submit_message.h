@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "crease/v1/parameters.pb.h"
+#include "server/http/upload.h"
+
+namespace creased {
+
+/// The fields of a crease.v1.SubmitJobRequest other than its mesh.
+struct SubmitFields {
+  std::string name;
+  std::string format;
+  crease::v1::Parameters parameters;
+};
+
+/// Reads a serialised SubmitJobRequest from a file and copies its mesh into `mesh` piece by piece, so that a large
+/// mesh is never held in memory. Validates the parameters.
+/// \throw crease::Error protobuf_invalid, parameter_invalid, parameter_out_of_range
+SubmitFields split_submit_message(const std::filesystem::path& message, UploadFile& mesh);
+
+}  // namespace creased

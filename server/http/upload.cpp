@@ -1,0 +1,218 @@
+#include "server/http/upload.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <google/protobuf/descriptor.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <system_error>
+
+#include "core/error.h"
+#include "core/io/mesh_format.h"
+#include "proto/parameter_table.h"
+#include "server/http/guarded_server.h"
+#include "server/http/multipart.h"
+#include "server/http/submit_message.h"
+
+namespace creased {
+namespace {
+
+using crease::Error;
+using nlohmann::json;
+
+constexpr std::size_t kMaxParametersBytes = 64 * 1024;
+
+bool is_protobuf(std::string_view type) {
+  return type == "application/x-protobuf" || type == "application/protobuf" ||
+         type == "application/vnd.google.protobuf";
+}
+
+// curl's --data-binary says form-urlencoded unless told otherwise.
+bool says_nothing(std::string_view type) {
+  return type.empty() || type == "application/octet-stream" || type == "application/x-www-form-urlencoded";
+}
+
+std::string upload_format(std::string_view media_type) {
+  const auto format = crease::format_from_media_type(media_type);
+  if (!format || *format == crease::MeshFormat::kJson) return {};
+  return std::string(crease::format_name(*format));
+}
+
+void check_body(bool read, std::string_view code, const std::string& detail) {
+  const std::string_view fault = GuardedServer::exchange().stream.body_fault();
+  if (fault == "payload_too_large") throw Error(fault, "the upload is larger than this server takes");
+  if (fault == "request_timeout") throw Error(fault, "the body did not arrive in time");
+  if (!fault.empty()) throw Error(fault, "the body ended early or its chunks are malformed");
+  if (!read) throw Error(code, detail);
+}
+
+json parse_parameters(const std::string& text) {
+  std::set<std::string> names;
+  std::string repeated;
+  const auto note_name = [&](int depth, json::parse_event_t event, json& parsed) {
+    if (event == json::parse_event_t::key && depth == 1 && !names.insert(parsed.get<std::string>()).second) {
+      repeated = parsed.get<std::string>();
+    }
+    return depth < 16;
+  };
+  json object = json::parse(text, note_name, false);
+  if (!object.is_object()) throw Error("json_invalid", "the parameters are not a JSON object");
+  if (!repeated.empty()) throw Error::parameter("parameter_invalid", repeated, "twice", "to be given once");
+  return object;
+}
+
+void merge_parameters(crease::v1::Parameters& into, const crease::v1::Parameters& more) {
+  std::vector<const google::protobuf::FieldDescriptor*> fields;
+  more.GetReflection()->ListFields(more, &fields);
+  for (const auto* field : fields) {
+    if (into.GetReflection()->HasField(into, field)) {
+      throw Error::parameter("parameter_invalid", field->name(), "twice", "to be given once, in the query or the body");
+    }
+  }
+  into.MergeFrom(more);
+}
+
+void read_query(const httplib::Request& request, Submission& submission) {
+  for (const auto& [name, value] : request.params) {
+    if (name == "name") {
+      submission.name = value;
+    } else if (name == "format") {
+      submission.format = value;
+    } else {
+      crease::set_parameter(submission.parameters, name, value);
+    }
+  }
+}
+
+void settle_format(Submission& submission, const std::string& declared, std::string_view media_type) {
+  if (declared.empty()) return;
+  if (!submission.format.empty() && submission.format != declared) {
+    throw Error::parameter("parameter_invalid", "format", submission.format,
+                           fmt::format("the format of the media type {}", media_type));
+  }
+  submission.format = declared;
+}
+
+void receive_raw(const httplib::ContentReader& body, Submission& submission) {
+  const bool read = body([&](const char* data, std::size_t size) {
+    submission.mesh->append(data, size);
+    return true;
+  });
+  check_body(read, "body_incomplete", "the body ended early");
+}
+
+void receive_multipart(std::string_view type, const httplib::ContentReader& body, Submission& submission) {
+  MultipartReader parts(multipart_boundary(type));
+  std::string parameters;
+  bool has_parameters = false, has_mesh = false;
+  std::string* text = nullptr;
+  parts.on_part = [&](const MultipartReader::Part& part) {
+    bool& seen = part.name == "mesh" ? has_mesh : has_parameters;
+    if (part.name != "mesh" && part.name != "parameters") {
+      throw Error("multipart_part_unknown", "there is a part '" + part.name + "', expected mesh and parameters");
+    }
+    if (seen) throw Error("multipart_invalid", "there is more than one part '" + part.name + "'");
+    seen = true;
+    text = part.name == "parameters" ? &parameters : nullptr;
+    if (text != nullptr) return;
+    if (submission.name.empty()) submission.name = part.file_name;
+    settle_format(submission, upload_format(part.content_type), part.content_type);
+  };
+  parts.on_data = [&](std::string_view data) {
+    if (text == nullptr) return submission.mesh->append(data.data(), data.size());
+    if (text->size() + data.size() > kMaxParametersBytes) throw Error("json_invalid", "the parameters are too long");
+    text->append(data);
+  };
+  const bool read = body([&](const char* data, std::size_t size) { return parts.feed({data, size}), true; });
+  check_body(read, "body_incomplete", "the body ended early");
+  parts.finish();
+  if (!has_mesh) throw Error("multipart_part_missing", "there is no part 'mesh'");
+  if (has_parameters) {
+    merge_parameters(submission.parameters, crease::parameters_from_json(parse_parameters(parameters)));
+  }
+}
+
+void receive_protobuf(const httplib::ContentReader& body, Store& store, Submission& submission) {
+  UploadFile message(store.temporary_path());
+  const bool read = body([&](const char* data, std::size_t size) {
+    message.append(data, size);
+    return true;
+  });
+  check_body(read, "body_incomplete", "the body ended early");
+  message.finish();
+  const SubmitFields fields = split_submit_message(message.path(), *submission.mesh);
+  if (submission.name.empty()) submission.name = fields.name;
+  settle_format(submission, fields.format, "in the message");
+  merge_parameters(submission.parameters, fields.parameters);
+}
+
+}  // namespace
+
+UploadFile::UploadFile(std::filesystem::path path)
+    : path_(std::move(path)),
+      file_(::open(path_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600)),
+      hash_(::EVP_MD_CTX_new(), &::EVP_MD_CTX_free) {
+  if (file_ < 0) {
+    throw Error("store_unavailable", "cannot create a file for the upload: " + std::generic_category().message(errno));
+  }
+  if (hash_ == nullptr || ::EVP_DigestInit_ex(hash_.get(), ::EVP_sha256(), nullptr) != 1) throw std::bad_alloc();
+}
+
+UploadFile::~UploadFile() {
+  if (file_ >= 0) ::close(file_);
+  std::error_code ignored;
+  std::filesystem::remove(path_, ignored);
+}
+
+void UploadFile::append(const char* data, std::size_t size) {
+  ::EVP_DigestUpdate(hash_.get(), data, size);
+  bytes_ += size;
+  while (size > 0) {
+    const ssize_t count = ::write(file_, data, size);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) {
+      throw Error("store_unavailable", "cannot keep the upload: " + std::generic_category().message(errno));
+    }
+    data += count;
+    size -= static_cast<std::size_t>(count);
+  }
+}
+
+void UploadFile::finish() {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned size = 0;
+  ::EVP_DigestFinal_ex(hash_.get(), digest.data(), &size);
+  for (unsigned i = 0; i < size; ++i) sha256_ += fmt::format("{:02x}", digest[i]);
+  ::close(file_);
+  file_ = -1;
+}
+
+Submission receive_submission(const httplib::Request& request, const httplib::ContentReader& body, Store& store) {
+  if (!GuardedServer::exchange().head.has_body()) throw Error("body_missing", "a job starts with a mesh in the body");
+  Submission submission;
+  read_query(request, submission);
+  submission.mesh = std::make_unique<UploadFile>(store.temporary_path());
+
+  const std::string_view header = GuardedServer::exchange().head.header("Content-Type");
+  const std::string_view type = trimmed(header.substr(0, header.find(';')));
+  if (equals_ignoring_case(type, "multipart/form-data")) {
+    receive_multipart(header, body, submission);
+  } else if (is_protobuf(type)) {
+    receive_protobuf(body, store, submission);
+  } else if (says_nothing(type) || !upload_format(type).empty()) {
+    settle_format(submission, upload_format(type), type);
+    receive_raw(body, submission);
+  } else {
+    throw Error("content_type_unsupported", "a mesh does not come as " + std::string(type));
+  }
+  submission.mesh->finish();
+  if (submission.mesh->bytes() == 0) throw Error("mesh_empty", "the upload has no bytes");
+  return submission;
+}
+
+}  // namespace creased
