@@ -6,8 +6,7 @@ namespace {
 void check_promise(std::string_view what, std::size_t count, std::size_t limit, std::size_t least_bytes_each,
                    std::size_t bytes_left, const std::string& place) {
   if (count > limit) MeshBuilder::fail_too_large(what, limit, place);
-  // One byte of grace: the last line of a text may lack its line end.
-  if (count > (bytes_left + 1) / least_bytes_each) {
+  if (count > bytes_left / least_bytes_each) {
     throw Error(code::kMeshTruncated, fmt::format("the {} bytes left cannot hold {} {}", bytes_left, count, what),
                 place);
   }

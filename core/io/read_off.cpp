@@ -60,9 +60,9 @@ DecodedMesh read_off(std::string_view bytes, const DecodeLimits& limits) {
   const std::size_t vertices = cursor.count("the number of vertices");
   const std::size_t faces = cursor.count("the number of faces");
   const std::string place = cursor.place();
-  builder.expect_vertices(vertices, kLeastVertexBytes, cursor.rest(), place);
-  builder.expect_faces(faces, kLeastFaceBytes, cursor.rest() - std::min(cursor.rest(), vertices * kLeastVertexBytes),
-                       place);
+  const std::size_t rest = cursor.rest() + 1;  // the last line may lack its line end
+  builder.expect_vertices(vertices, kLeastVertexBytes, rest, place);
+  builder.expect_faces(faces, kLeastFaceBytes, rest - vertices * kLeastVertexBytes, place);
   cursor.skip_line();
   read_vertices(cursor, builder, vertices);
   read_faces(cursor, builder, faces);

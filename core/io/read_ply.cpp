@@ -33,7 +33,7 @@ class AsciiBody {
   }
   void require(PlyType /*type*/, std::size_t /*count*/) {}
   std::string place() const { return cursor_.place(); }
-  std::size_t rest() const { return cursor_.rest(); }
+  std::size_t rest() const { return cursor_.rest() + 1; }  // the last line may lack its line end
   static std::size_t least_bytes(PlyType /*type*/) { return kLeastAsciiValueBytes; }
   bool has_trailing() { return cursor_.skip_to_word(); }
 
@@ -143,7 +143,7 @@ class BodyReader {
   void skip_elements(const PlyElement& element) {
     const std::size_t least = least_bytes(element);
     if (least == 0) return;
-    if (element.count > (body_.rest() + 1) / least) {
+    if (element.count > body_.rest() / least) {
       throw Error(code::kMeshTruncated,
                   fmt::format("the {} bytes left cannot hold {} elements '{}'", body_.rest(), element.count,
                               printable(element.name)),

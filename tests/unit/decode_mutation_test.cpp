@@ -1,0 +1,87 @@
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/unit/decode_samples.h"
+
+namespace crease::test {
+namespace {
+
+constexpr DecodeLimits kLimits{1000, 1000};
+
+/// What must hold whatever the bytes are: a sound mesh within the limits, or a refusal with a code of a mesh and a
+/// place.
+void expect_mesh_or_refusal(const std::string& bytes, std::optional<MeshFormat> format) {
+  try {
+    const Mesh mesh = decode_mesh(bytes, format, kLimits).mesh;
+    ASSERT_FALSE(mesh.triangles.empty());
+    ASSERT_LE(mesh.positions.size(), kLimits.max_vertices);
+    ASSERT_LE(mesh.triangles.size(), kLimits.max_faces);
+    for (const Vec3& p : mesh.positions) ASSERT_TRUE(p.allFinite());
+    for (const Triangle& t : mesh.triangles) {
+      for (const Index corner : t) ASSERT_LT(corner, mesh.positions.size());
+    }
+  } catch (const Error& error) {
+    ASSERT_TRUE(error.code().starts_with("mesh_")) << error.code();
+    ASSERT_FALSE(error.place().empty()) << error.code();
+    ASSERT_FALSE(error.detail().empty()) << error.code();
+  }
+}
+
+class DecodeMutation : public testing::TestWithParam<SampleFile> {};
+
+TEST_P(DecodeMutation, EveryTruncationIsAMeshOrARefusal) {
+  const SampleFile& file = GetParam();
+  for (std::size_t length = 0; length < file.bytes.size(); ++length) {
+    SCOPED_TRACE(fmt::format("{} cut to {} bytes", file.name, length));
+    ASSERT_NO_FATAL_FAILURE(expect_mesh_or_refusal(file.bytes.substr(0, length), file.format));
+    ASSERT_NO_FATAL_FAILURE(expect_mesh_or_refusal(file.bytes.substr(0, length), std::nullopt));
+  }
+}
+
+TEST_P(DecodeMutation, EveryReplacedByteIsAMeshOrARefusal) {
+  const SampleFile& file = GetParam();
+  std::mt19937 generator(20101);
+  for (std::size_t at = 0; at < file.bytes.size(); ++at) {
+    std::string values("\0\xff\x80\n\r -0189eE./\\\"{}[]#", 23);
+    for (int k = 0; k < 8; ++k) values += static_cast<char>(static_cast<unsigned char>(file.bytes[at]) ^ (1U << k));
+    for (int k = 0; k < 4; ++k) values += static_cast<char>(generator() & 0xffU);
+    std::string bytes = file.bytes;
+    for (const char value : values) {
+      bytes[at] = value;
+      SCOPED_TRACE(fmt::format("{} with byte {} set to {}", file.name, at, static_cast<int>(value)));
+      ASSERT_NO_FATAL_FAILURE(expect_mesh_or_refusal(bytes, file.format));
+    }
+  }
+}
+
+TEST_P(DecodeMutation, EveryLostOrDoubledStretchIsAMeshOrARefusal) {
+  const SampleFile& file = GetParam();
+  std::mt19937 generator(3);
+  for (int round = 0; round < 2000; ++round) {
+    const std::size_t first = generator() % file.bytes.size();
+    const std::size_t length = 1 + generator() % 12;
+    std::string bytes = file.bytes;
+    if (round % 2 == 0) {
+      bytes.erase(first, length);
+    } else {
+      bytes.insert(first, file.bytes.substr(first, length));
+    }
+    SCOPED_TRACE(fmt::format("{}, round {}", file.name, round));
+    ASSERT_NO_FATAL_FAILURE(expect_mesh_or_refusal(bytes, file.format));
+  }
+}
+
+TEST_P(DecodeMutation, EveryFormatRefusesOrReadsTheBytesOfAnyOther) {
+  for (const MeshFormat format : {MeshFormat::kObj, MeshFormat::kPly, MeshFormat::kOff, MeshFormat::kStl,
+                                  MeshFormat::kGltf, MeshFormat::kGlb, MeshFormat::kJson}) {
+    SCOPED_TRACE(GetParam().name + " read as " + std::string(format_name(format)));
+    ASSERT_NO_FATAL_FAILURE(expect_mesh_or_refusal(GetParam().bytes, format));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, DecodeMutation, testing::ValuesIn(sample_files(connected_sample())),
+                         [](const auto& parameter) { return parameter.param.name; });
+
+}  // namespace
+}  // namespace crease::test

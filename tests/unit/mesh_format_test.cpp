@@ -1,0 +1,73 @@
+#include "core/io/mesh_format.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/decode_samples.h"
+
+namespace crease::test {
+namespace {
+
+constexpr std::array kAll{MeshFormat::kObj,  MeshFormat::kPly, MeshFormat::kOff, MeshFormat::kStl,
+                          MeshFormat::kGltf, MeshFormat::kGlb, MeshFormat::kJson};
+
+TEST(MeshFormat, NameAndMediaTypeLeadBackToTheFormat) {
+  for (const MeshFormat format : kAll) {
+    EXPECT_EQ(format_from_name(format_name(format)), format);
+    EXPECT_EQ(format_from_media_type(media_type(format)), format);
+    EXPECT_EQ(format_from_filename("a." + std::string(format_name(format))), format);
+  }
+}
+
+TEST(MeshFormat, NamesAreExact) {
+  EXPECT_EQ(format_from_name("OBJ"), std::nullopt);
+  EXPECT_EQ(format_from_name(""), std::nullopt);
+  EXPECT_EQ(format_from_name("3ds"), std::nullopt);
+}
+
+TEST(MeshFormat, OnlyTheExtensionOfTheLastComponentCounts) {
+  EXPECT_EQ(format_from_filename("Part.OBJ"), MeshFormat::kObj);
+  EXPECT_EQ(format_from_filename("scans.ply/part.stl"), MeshFormat::kStl);
+  EXPECT_EQ(format_from_filename("C:\\scans.ply\\part.Off"), MeshFormat::kOff);
+  EXPECT_EQ(format_from_filename("scans.ply/part"), std::nullopt);
+  EXPECT_EQ(format_from_filename("part.obj.gz"), std::nullopt);
+  EXPECT_EQ(format_from_filename("obj"), std::nullopt);
+  EXPECT_EQ(format_from_filename(""), std::nullopt);
+}
+
+TEST(MeshFormat, MediaTypesIgnoreCaseAndParameters) {
+  EXPECT_EQ(format_from_media_type("Model/OBJ; charset=utf-8"), MeshFormat::kObj);
+  EXPECT_EQ(format_from_media_type(" model/gltf-binary "), MeshFormat::kGlb);
+  EXPECT_EQ(format_from_media_type("application/octet-stream"), std::nullopt);
+  EXPECT_EQ(format_from_media_type("text/html"), std::nullopt);
+  EXPECT_EQ(format_from_media_type(""), std::nullopt);
+}
+
+TEST(MeshFormat, TextIsRecognisedBehindCommentsAndByteOrderMark) {
+  EXPECT_EQ(sniff_format("# made by hand\n\n  v 0 0 0\n"), MeshFormat::kObj);
+  EXPECT_EQ(sniff_format("\xef\xbb\xbfmtllib a.mtl\n"), MeshFormat::kObj);
+  EXPECT_EQ(sniff_format("# made by hand\nOFF\n0 0 0\n"), MeshFormat::kOff);
+  EXPECT_EQ(sniff_format("STCNOFF 0 0 0"), MeshFormat::kOff);
+  EXPECT_EQ(sniff_format("  SOLID part\n"), MeshFormat::kStl);
+  EXPECT_EQ(sniff_format("ply\r\nformat ascii 1.0\r\n"), MeshFormat::kPly);
+  EXPECT_EQ(sniff_format(R"( {"asset": {"version": "2.0"}})"), MeshFormat::kGltf);
+  EXPECT_EQ(sniff_format(R"({"positions": []})"), MeshFormat::kJson);
+}
+
+TEST(MeshFormat, ABinaryStlIsRecognisedWhateverItsHeadSays) {
+  for (const std::string head : {"sample", "solid sample", "ply", "OFF", "# v 0 0 0", "v 0 0 0"}) {
+    EXPECT_EQ(sniff_format(stl_binary_file(sample_mesh(), head)), MeshFormat::kStl) << head;
+  }
+  EXPECT_EQ(sniff_format(stl_binary_file(sample_mesh()) + "more"), MeshFormat::kStl);
+}
+
+TEST(MeshFormat, WhatLooksLikeNothingIsNotGuessed) {
+  EXPECT_EQ(sniff_format(""), std::nullopt);
+  EXPECT_EQ(sniff_format(" \n\t"), std::nullopt);
+  EXPECT_EQ(sniff_format("# only a comment"), std::nullopt);
+  EXPECT_EQ(sniff_format("<html><body>v 0 0 0</body></html>"), std::nullopt);
+  EXPECT_EQ(sniff_format("\x1f\x8b\x08"), std::nullopt);
+  EXPECT_EQ(sniff_format(std::string(200, '\0')), std::nullopt);
+}
+
+}  // namespace
+}  // namespace crease::test
