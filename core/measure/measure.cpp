@@ -114,7 +114,7 @@ LabelScore score_labels(const Mesh& reference, const Topology& topology, const s
 
 /// Of the turned faces, from a point of the mesh so that distance from the origin costs no digits.
 double signed_volume(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions) {
-  const Vec3 origin = positions[mesh.triangles.front()[0]];
+  const Vec3& origin = positions[mesh.triangles.front()[0]];
   double six_volumes = 0;
   for (std::size_t face = 0; face < mesh.triangles.size(); ++face) {
     const auto [a, b, c] = oriented(mesh, topology, face);

@@ -108,6 +108,7 @@ double chi_squared_quantile(double z, double freedom) {
 /// chance and pool again, until the choice stands.
 double pooled_variance(const std::vector<Fit>& fits) {
   std::vector<double> variances;
+  variances.reserve(fits.size());
   for (const Fit& fit : fits) variances.push_back(fit.variance / chi_squared_quantile(0, fit.freedom));
   const auto middle = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 2);
   std::nth_element(variances.begin(), middle, variances.end());

@@ -16,14 +16,14 @@ constexpr const char* kCgalArchive = "/usr/share/doc/libcgal-dev/data.tar.gz";
 /// Unpacks the archive beside the binaries. Several test processes may come here at once: each unpacks into a directory
 /// of its own, and the first to rename it wins.
 fs::path unpack_cgal_meshes() {
-  const fs::path target = fs::path(CREASED_BIN).parent_path().parent_path() / "cgal-meshes";
+  fs::path target = fs::path(CREASED_BIN).parent_path().parent_path() / "cgal-meshes";
   if (fs::exists(target)) return target;
   const fs::path scratch = target.string() + "." + std::to_string(getpid());
   fs::create_directories(scratch);
   const std::string command =
       std::string("tar -xzf '") + kCgalArchive + "' -C '" + scratch.string() + "' --strip-components=2 data/meshes";
-  if (std::system(command.c_str()) != 0)
-    throw std::runtime_error("cannot run: " + command);  // NOLINT(concurrency-mt-unsafe,cert-env33-c)
+  const int status = std::system(command.c_str());  // NOLINT(concurrency-mt-unsafe)
+  if (status != 0) throw std::runtime_error("cannot run: " + command);
   std::error_code raced;
   fs::rename(scratch, target, raced);
   if (raced) fs::remove_all(scratch);

@@ -228,8 +228,8 @@ Mesh cube(int per_side, double side) {
                                                      {Vec3(n, n, 0), Vec3(-1, 0, 0), Vec3(0, 0, 1)},
                                                      {Vec3(n, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)},
                                                      {Vec3(0, n, 0), Vec3(0, -1, 0), Vec3(0, 0, 1)}}};
-  for (const auto& [origin, right, up] : sides) {
-    builder.patch(n, n, [&](int u, int v) -> Vec3 { return origin + u * right + v * up; });
+  for (const auto& side_axes : sides) {
+    builder.patch(n, n, [&](int u, int v) -> Vec3 { return side_axes[0] + u * side_axes[1] + v * side_axes[2]; });
   }
   Mesh mesh = builder.mesh();
   for (Vec3& position : mesh.positions) position *= side / n;
