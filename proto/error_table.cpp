@@ -24,7 +24,6 @@ constexpr std::array kTable = std::to_array<ErrorKind>({
     {"job_not_finished", 409, "The job has not finished"},
     {"job_not_found", 404, "There is no such job"},
     {"json_invalid", 400, "The JSON is not valid"},
-    {"length_required", 411, "A Content-Length is required"},
     {"memory_exhausted", 500, "The job needed more memory than it may have"},
     {"mesh_count_mismatch", 422, "The counts of the mesh file do not agree with its content"},
     {"mesh_empty", 422, "The mesh file is empty"},

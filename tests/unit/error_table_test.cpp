@@ -4,15 +4,30 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <regex>
 #include <set>
 #include <string>
 
 #include "core/error.h"
 #include "proto/convert.h"
+#include "tests/support/meshes.h"
 
 namespace crease {
 namespace {
+
+/// The text of every source of core and server.
+std::string sources() {
+  std::string text;
+  for (const char* room : {"core", "server"}) {
+    for (const auto& entry :
+         std::filesystem::recursive_directory_iterator(std::filesystem::path(CREASED_SOURCE_DIR) / room)) {
+      const auto extension = entry.path().extension();
+      if (extension == ".h" || extension == ".cpp") text += test::read_file(entry.path());
+    }
+  }
+  return text;
+}
 
 TEST(ErrorTable, IsOrderedByCodeWithoutRepetition) {
   const auto table = error_table();
@@ -27,9 +42,23 @@ TEST(ErrorTable, HasEveryCodeOfCoreAsAFaultOfTheRequest) {
   }
 }
 
+TEST(ErrorTable, HasEveryCodeThatIsThrownByName) {
+  const std::string text = sources();
+  const std::regex thrown(R"re(\bError\("([a-z0-9_]+)")re");
+  for (std::sregex_iterator match(text.begin(), text.end(), thrown), end; match != end; ++match) {
+    EXPECT_EQ(error_kind((*match)[1].str()).code, (*match)[1].str());
+  }
+}
+
+TEST(ErrorTable, HasNoCodeThatNobodyUses) {
+  const std::string text = sources();
+  for (const ErrorKind& kind : error_table()) {
+    EXPECT_NE(text.find('"' + std::string(kind.code) + '"'), std::string::npos) << kind.code;
+  }
+}
+
 TEST(ErrorTable, RowsAreFitForTheirUse) {
-  const std::set<int> statuses = {400, 404, 405, 406, 408, 409, 411, 413, 414,
-                                  415, 416, 417, 422, 431, 500, 501, 503, 505};
+  const std::set<int> statuses = {400, 404, 405, 406, 408, 409, 413, 414, 415, 416, 417, 422, 431, 500, 501, 503, 505};
   const std::regex snake_case("[a-z0-9]+(_[a-z0-9]+)*");
   for (const ErrorKind& kind : error_table()) {
     EXPECT_TRUE(std::regex_match(std::string(kind.code), snake_case)) << kind.code;
