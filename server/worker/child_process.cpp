@@ -3,9 +3,9 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <sys/pidfd.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -91,6 +91,9 @@ crease::Error start_failure(const std::filesystem::path& executable, int number)
   return {code::kInternal, fmt::format("cannot start {}: {}", executable.string(), errno_text(number))};
 }
 
+// glibc 2.36 declares pidfd_open() without C linkage.
+int watch(pid_t process) { return static_cast<int>(::syscall(SYS_pidfd_open, process, 0)); }
+
 std::string describe(int status) {
   if (WIFEXITED(status)) return fmt::format("ended with code {}", WEXITSTATUS(status));
   const char* name = ::sigabbrev_np(WTERMSIG(status));
@@ -127,7 +130,7 @@ ChildProcess::ChildProcess(const ChildOptions& options) {
     wait();
     throw start_failure(options.executable, number);
   }
-  end_ = Descriptor(::pidfd_open(id_, 0));
+  end_ = Descriptor(watch(id_));
   if (!end_.open()) {
     number = errno;
     signal(SIGKILL);

@@ -1,0 +1,196 @@
+#include "server/worker/inspector.h"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <future>
+#include <thread>
+
+#include "core/job.h"
+#include "proto/convert.h"
+#include "server/store/durable_file.h"
+#include "server/store/failure.h"
+#include "tests/support/meshes.h"
+#include "tests/support/server_process.h"
+#include "tests/support/store_support.h"
+
+namespace creased {
+namespace {
+
+namespace fs = std::filesystem;
+using crease::test::eventually;
+using crease::test::obj_text;
+using testing::HasSubstr;
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kSanitized = true;
+#else
+constexpr bool kSanitized = false;
+#endif
+
+class InspectorTest : public testing::Test {
+ protected:
+  fs::path write(const std::string& name, const std::string& bytes) const {
+    std::ofstream(folder_.path() / name, std::ios::binary) << bytes;
+    return folder_.path() / name;
+  }
+  /// Reading it waits until somebody writes, so that a child is busy with it.
+  fs::path endless_upload() const {
+    const fs::path path = folder_.path() / "endless.obj";
+    EXPECT_EQ(::mkfifo(path.c_str(), 0600), 0);
+    return path;
+  }
+  static Inspector::Options options() {
+    Inspector::Options options;
+    options.executable = CREASED_BIN;
+    return options;
+  }
+
+  const crease::test::TemporaryFolder folder_;
+};
+
+crease::Error refusal(Inspector& inspector, const fs::path& upload, const std::string& format = {}) {
+  try {
+    inspector.inspect(upload, format, upload.filename());
+  } catch (const crease::Error& error) {
+    return error;
+  }
+  return {"no error", ""};
+}
+
+TEST_F(InspectorTest, FactsAndWarningsAreThoseOfCore) {
+  Inspector inspector(options());
+  for (const auto& [name, mesh, manifold, closed, degenerate] : crease::test::mesh_family()) {
+    const std::string text = obj_text(mesh);
+    const auto expected = crease::check_input(text, crease::MeshFormat::kObj);
+    const Inspection found = inspector.inspect(write("mesh.obj", text), "", "mesh.obj");
+    crease::v1::InputFacts facts = crease::to_message(expected.facts);
+    facts.set_format("obj");
+    EXPECT_EQ(found.facts.SerializeAsString(), facts.SerializeAsString()) << name;
+    EXPECT_EQ(found.warnings.size(), expected.warnings.size()) << name;
+  }
+}
+
+TEST_F(InspectorTest, ARefusalSaysWhatIsWrongAndWhere) {
+  Inspector inspector(options());
+  const auto error = refusal(inspector, write("bad.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"));
+  EXPECT_EQ(error.code(), crease::code::kMeshIndexOutOfRange);
+  EXPECT_EQ(error.place(), "face 0");
+  EXPECT_FALSE(error.detail().empty());
+  EXPECT_EQ(refusal(inspector, write("mesh.obj", "v 0 0 0\n"), "step").code(), crease::code::kMeshFormatUnknown);
+}
+
+TEST_F(InspectorTest, TheFormatIsThatOfTheRequestThenOfTheNameThenOfTheBytes) {
+  Inspector inspector(options());
+  const fs::path upload = write("mesh", obj_text(crease::test::cube(2)));
+  EXPECT_EQ(inspector.inspect(upload, "obj", "mesh.ply").facts.format(), "obj");
+  EXPECT_EQ(inspector.inspect(upload, "", "mesh.obj").facts.format(), "obj");
+  EXPECT_EQ(inspector.inspect(upload, "", "").facts.format(), "obj");
+  EXPECT_NE(refusal(inspector, upload, "ply").code(), "no error");
+}
+
+TEST_F(InspectorTest, TheBoundsReachTheChildren) {
+  auto bounded = options();
+  bounded.max_faces = 11;
+  Inspector inspector(bounded);
+  EXPECT_EQ(refusal(inspector, write("cube.obj", obj_text(crease::test::cube(1)))).code(), crease::code::kMeshTooLarge);
+}
+
+TEST_F(InspectorTest, MoreCallersThanChildrenAreAllServed) {
+  constexpr int kCallers = 12, kCalls = 5;
+  Inspector inspector(options());
+  std::atomic<int> right{0};
+  {
+    std::vector<std::jthread> callers;
+    for (int i = 0; i < kCallers; ++i) {
+      const int columns = i + 2;
+      const fs::path upload = write("grid" + std::to_string(i) + ".obj", obj_text(crease::test::grid(columns, 3)));
+      callers.emplace_back([&inspector, &right, columns, upload] {
+        for (int call = 0; call < kCalls; ++call) {
+          const auto faces = inspector.inspect(upload, "obj", "grid.obj").facts.faces();
+          right += faces == crease::test::grid(columns, 3).triangles.size() ? 1 : 0;
+        }
+      });
+    }
+  }
+  EXPECT_EQ(right, kCallers * kCalls);
+}
+
+TEST_F(InspectorTest, ChildrenKilledWhileIdleAreReplacedUnseen) {
+  Inspector inspector(options());
+  const fs::path upload = write("cube.obj", obj_text(crease::test::cube(1)));
+  ASSERT_TRUE(eventually([&] { return inspector.process_ids().size() == 2; }));
+  const auto killed = inspector.process_ids();
+  for (const int process : killed) {
+    const Descriptor end(static_cast<int>(::syscall(SYS_pidfd_open, process, 0)));
+    ::kill(process, SIGKILL);
+    pollfd ended{.fd = end.get(), .events = POLLIN, .revents = 0};
+    ASSERT_EQ(::poll(&ended, 1, -1), 1);
+  }
+  EXPECT_EQ(inspector.inspect(upload, "", "cube.obj").facts.faces(), 12U);
+  EXPECT_NE(inspector.process_ids(), killed);
+}
+
+TEST_F(InspectorTest, AnUploadThatKillsItsChildFailsAloneAndTheNextIsServed) {
+  auto single = options();
+  single.processes = 1;
+  Inspector inspector(single);
+  const fs::path endless = endless_upload(), upload = write("cube.obj", obj_text(crease::test::cube(1)));
+  auto failed = std::async(std::launch::async, [&] { return refusal(inspector, endless); });
+  auto waiting = std::async(std::launch::async, [&] {
+    // Opening for writing succeeds only once the child reads: then it is busy with the endless upload.
+    const Descriptor writer(::open(endless.c_str(), O_WRONLY | O_CLOEXEC));
+    ::kill(inspector.process_ids().front(), SIGKILL);
+    return inspector.inspect(upload, "", "cube.obj").facts.faces();
+  });
+  const auto error = failed.get();
+  EXPECT_EQ(error.code(), code::kInspectionFailed);
+  EXPECT_THAT(error.detail(), HasSubstr("signal 9"));
+  EXPECT_EQ(waiting.get(), 12U);
+}
+
+TEST_F(InspectorTest, AnUploadThatTakesTooLongIsGivenUpAndTheNextIsServed) {
+  auto hasty = options();
+  hasty.processes = 1;
+  Inspector first(hasty);  // shows that the children do start
+  ASSERT_EQ(first.inspect(write("cube.obj", obj_text(crease::test::cube(1))), "", "").facts.faces(), 12U);
+  hasty.timeout = std::chrono::milliseconds(50);
+  Inspector inspector(hasty);
+  const auto error = refusal(inspector, endless_upload());
+  EXPECT_EQ(error.code(), code::kInspectionFailed);
+  EXPECT_THAT(error.detail(), HasSubstr("longer than 50 ms"));
+  EXPECT_TRUE(eventually(
+      [&] { return refusal(inspector, write("cube.obj", obj_text(crease::test::cube(1)))).code() == "no error"; }));
+}
+
+TEST_F(InspectorTest, AnUploadThatNeedsTooMuchMemoryFailsAndTheNextIsServed) {
+  if (kSanitized) GTEST_SKIP() << "sanitizers reserve more address space than any limit";
+  auto small = options();
+  small.processes = 1;
+  small.memory_limit_mb = 512;
+  Inspector inspector(small);
+  const fs::path huge = write("huge.obj", "v 0 0 0\n");
+  fs::resize_file(huge, std::uintmax_t{1} << 32U);  // sparse
+  const auto error = refusal(inspector, huge);
+  EXPECT_EQ(error.code(), code::kInspectionFailed);
+  EXPECT_THAT(error.detail(), HasSubstr("memory"));
+  EXPECT_EQ(inspector.inspect(write("cube.obj", obj_text(crease::test::cube(1))), "", "").facts.faces(), 12U);
+}
+
+TEST_F(InspectorTest, AProgramThatCannotStartIsAnErrorForTheCaller) {
+  auto broken = options();
+  broken.executable = "/no/such/program";
+  Inspector inspector(broken);
+  const auto error = refusal(inspector, write("cube.obj", "v 0 0 0\n"));
+  EXPECT_EQ(error.code(), code::kInspectionFailed);
+  EXPECT_THAT(error.detail(), HasSubstr("No such file"));
+}
+
+}  // namespace
+}  // namespace creased
