@@ -1,0 +1,66 @@
+#include "client/cli/exit_code.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace crease::client {
+namespace {
+
+struct Meaning {
+  ExitCode code;
+  std::string_view text;
+};
+
+constexpr auto kMeanings = std::to_array<Meaning>({
+    {ExitCode::kOk, "done"},
+    {ExitCode::kInternal, "internal error of the client or the server"},
+    {ExitCode::kUsage, "wrong usage, or a bad parameter"},
+    {ExitCode::kInputRefused, "the mesh was refused"},
+    {ExitCode::kServerUnreachable, "the server cannot be reached or takes no requests"},
+    {ExitCode::kJobFailed, "the job failed"},
+    {ExitCode::kCancelled, "the job was cancelled, or the command interrupted"},
+    {ExitCode::kNotFound, "there is no such job"},
+    {ExitCode::kNotFinished, "the job has not finished"},
+    {ExitCode::kFile, "a file cannot be read or written"},
+});
+
+constexpr auto kByCode = std::to_array<std::pair<std::string_view, ExitCode>>({
+    {code::kUsage, ExitCode::kUsage},
+    {code::kFileUnreadable, ExitCode::kFile},
+    {code::kFileUnwritable, ExitCode::kFile},
+    {code::kServerUnreachable, ExitCode::kServerUnreachable},
+    {code::kInterrupted, ExitCode::kCancelled},
+    {"output_format_unknown", ExitCode::kUsage},
+    {"inspection_failed", ExitCode::kInputRefused},
+    {"payload_too_large", ExitCode::kInputRefused},
+    {"job_failed", ExitCode::kJobFailed},
+    {"job_cancelled", ExitCode::kCancelled},
+});
+
+ExitCode by_status(int status) {
+  if (status == 503) return ExitCode::kServerUnreachable;
+  if (status == 404) return ExitCode::kNotFound;
+  if (status == 409) return ExitCode::kNotFinished;
+  return status >= 400 && status < 500 ? ExitCode::kUsage : ExitCode::kInternal;
+}
+
+}  // namespace
+
+ExitCode exit_code_of(std::string_view error_code, int status) {
+  const auto row = std::ranges::find(kByCode, error_code, &std::pair<std::string_view, ExitCode>::first);
+  if (row != kByCode.end()) return row->second;
+  if (error_code.starts_with("mesh_")) return ExitCode::kInputRefused;
+  if (error_code.starts_with("parameter_")) return ExitCode::kUsage;
+  return by_status(status);
+}
+
+std::string exit_code_help() {
+  std::string help = "Exit codes:\n";
+  for (const auto& [exit_code, text] : kMeanings) help += fmt::format("  {}  {}\n", static_cast<int>(exit_code), text);
+  return help;
+}
+
+}  // namespace crease::client

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "client/cli/interruption.h"
+#include "core/io/encode.h"
+#include "crease/v1/job.pb.h"
+#include "crease/v1/result.pb.h"
+
+namespace crease::client {
+
+/// A job that was run in this process, with everything that the service would tell of it.
+struct LocalJob {
+  v1::Job job;
+  v1::Report report;
+  LabelledMesh result;
+  nlohmann::ordered_json extras;  ///< of mesh files: the same as the service's, so that the files are
+};
+
+/// check → smooth, as a worker of the service does it. `format` may be empty: then it is guessed.
+/// \throw Error mesh_*, Failure file_unreadable, interrupted
+LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& format, const v1::Parameters& parameters,
+                       const std::function<void(const v1::Progress&)>& on_progress, const Interruption& interruption);
+
+}  // namespace crease::client

@@ -1,0 +1,98 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "client/cli/commands.h"
+#include "client/cli/failure.h"
+#include "client/cli/files.h"
+#include "client/cli/service_client.h"
+
+namespace crease::client {
+namespace {
+
+struct ResultOptions {
+  Console console;
+  std::string server, id, format, min;
+  std::filesystem::path output;
+  bool snapshot = false;
+};
+
+void describe_file(const ResultOptions& options, std::uint64_t bytes) {
+  options.console.result({{"job", options.id}, {"file", options.output.string()}, {"bytes", bytes}},
+                         fmt::format("written {}, {} bytes", options.output.string(), bytes));
+}
+
+/// Into the file that is named, otherwise to standard output.
+void deliver(const ResultOptions& options, const std::string& what, const Query& query) {
+  Interruption interruption;
+  ServiceClient client(options.server, interruption);
+  const std::string path = "/v1/jobs/" + options.id + "/" + what;
+  if (!options.output.empty()) return describe_file(options, client.download(path, query, options.output));
+  const std::string body = client.download(path, query);
+  fmt::print("{}{}", body, body.ends_with('\n') ? "" : "\n");
+}
+
+ExitCode mesh(const ResultOptions& options) {
+  const MeshFormat format = output_format(options.format, options.output);
+  Query query = {{"format", std::string(format_name(format))}};
+  if (options.snapshot) query.emplace("snapshot", "true");
+  deliver(options, "mesh", query);
+  return ExitCode::kOk;
+}
+
+std::string labels_format(const ResultOptions& options) {
+  if (!options.format.empty()) return options.format;
+  const std::string extension = options.output.extension().string();
+  return extension.empty() ? "json" : extension.substr(1);
+}
+
+ExitCode labels(const ResultOptions& options) {
+  const std::string format = labels_format(options);
+  if (options.output.empty() && format != "json" && options.console.json) {
+    throw Failure(code::kUsage, "--json prints labels as JSON; use -o for a file of another format");
+  }
+  if (options.output.empty() && format == "pb") throw Failure(code::kUsage, "labels in protobuf need -o FILE");
+  Query query = {{"format", format}};
+  if (!options.min.empty()) query.emplace("min", options.min);
+  deliver(options, "labels", query);
+  return ExitCode::kOk;
+}
+
+ExitCode report(const ResultOptions& options) {
+  deliver(options, "report", {});
+  return ExitCode::kOk;
+}
+
+std::shared_ptr<ResultOptions> add_result_command(CLI::App& app, Run& run, const std::string& name,
+                                                  const std::string& description,
+                                                  ExitCode (*body)(const ResultOptions&)) {
+  CLI::App& command = *app.add_subcommand(name, description);
+  auto options = std::make_shared<ResultOptions>();
+  command.add_option("id", options->id, "Job")->required();
+  add_server_option(command, options->server);
+  add_console_options(command, options->console);
+  run_with(command, run, options, body);
+  return options;
+}
+
+}  // namespace
+
+void add_result_commands(CLI::App& app, Run& run) {
+  const auto of_mesh = add_result_command(app, run, "mesh", "Download the smoothed mesh of a job", mesh);
+  CLI::App& mesh_command = *app.get_subcommand("mesh");
+  mesh_command.add_option("-o,--output", of_mesh->output, "File; the extension is the format")->required();
+  mesh_command.add_option("--format", of_mesh->format, "Format: glb, gltf, obj, ply, stl, off or json");
+  mesh_command.add_flag("--snapshot", of_mesh->snapshot, "While the job runs: the mesh as it is now");
+
+  const auto of_labels = add_result_command(app, run, "labels", "Print or download the ridge labels of a job", labels);
+  CLI::App& labels_command = *app.get_subcommand("labels");
+  labels_command.add_option("-o,--output", of_labels->output, "File; otherwise standard output");
+  labels_command.add_option("--format", of_labels->format, "Format: json, csv or pb; otherwise by the extension");
+  labels_command.add_option("--min", of_labels->min, "Only edges with a label of at least this, 0 to 1");
+
+  const auto of_report = add_result_command(app, run, "report", "Print or download the report of a job", report);
+  app.get_subcommand("report")->add_option("-o,--output", of_report->output, "File; otherwise standard output");
+}
+
+}  // namespace crease::client

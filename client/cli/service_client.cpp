@@ -1,0 +1,227 @@
+#include "client/cli/service_client.h"
+
+#include <fmt/format.h>
+#include <google/protobuf/util/json_util.h>
+#include <httplib.h>
+
+// A macro of resolv.h, which cpp-httplib includes; Eigen has parameters of that name.
+#undef _res
+
+#include <algorithm>
+#include <fstream>
+
+#include "client/cli/failure.h"
+#include "client/cli/files.h"
+#include "proto/convert.h"
+
+namespace crease::client {
+namespace {
+
+using namespace std::chrono_literals;
+using Json = nlohmann::ordered_json;
+using Receiver = std::function<bool(std::string_view)>;
+
+constexpr auto kConnectTimeout = 5s;
+constexpr auto kAnswerTimeout = 300s;  // the service inspects an upload before it answers
+constexpr auto kRetryPause = 1s;
+constexpr int kMaxRetries = 30;  // without a word from the server
+constexpr std::size_t kPiece = 256 * 1024;
+constexpr int kNoContent = 204, kServiceUnavailable = 503;
+
+std::string normal_url(std::string url) {
+  while (url.ends_with('/')) url.pop_back();
+  return url.find("://") == std::string::npos ? "http://" + url : url;
+}
+
+bool is_success(int status) { return status >= 200 && status < 300; }
+
+Json parse_answer(const std::string& text) {
+  Json json = Json::parse(text, nullptr, false);
+  if (json.is_discarded()) throw Failure(code::kServerUnreachable, "the answer is not JSON; is this a creased server?");
+  return json;
+}
+
+Query query_of(const v1::Parameters& parameters) {
+  Query query;
+  const Json json = to_json(parameters);
+  for (const auto& [name, value] : json.items()) {
+    query.emplace(name, value.is_string() ? value.get<std::string>() : value.dump());
+  }
+  return query;
+}
+
+}  // namespace
+
+/// cpp-httplib with the errors of this client.
+class ServiceClient::Connection {
+ public:
+  Connection(const std::string& url, Interruption& interruption)
+      : url_(normal_url(url)), interruption_(interruption), http_(url_) {
+    if (!http_.is_valid()) throw Failure(code::kUsage, fmt::format("'{}' is not the URL of a server", url));
+    http_.set_connection_timeout(kConnectTimeout);
+    http_.set_read_timeout(kAnswerTimeout);
+    http_.set_tcp_nodelay(true);
+    interruption_.set_action([this] { http_.stop(); });
+  }
+  ~Connection() { interruption_.set_action({}); }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+
+  httplib::Client& http() {
+    interruption_.check();
+    return http_;
+  }
+
+  /// \throw Failure unless the call was answered with success
+  void require(const httplib::Result& result, const std::string& body) const {
+    interruption_.check();
+    if (!result) {
+      throw Failure(code::kServerUnreachable, fmt::format("{}: {}", url_, httplib::to_string(result.error())));
+    }
+    if (is_success(result->status)) return;
+    Json problem = Json::parse(body, nullptr, false);
+    if (problem.is_object() && problem.contains("code")) throw Failure(std::move(problem));
+    throw Failure(code::kServerUnreachable,
+                  fmt::format("{} answered {}; is this a creased server?", url_, result->status));
+  }
+
+  std::string body_of(const httplib::Result& result) const {
+    require(result, result ? result->body : "");
+    return result->body;
+  }
+
+  /// A successful body goes to `receive`, any other into `refusal`.
+  httplib::Result stream(const std::string& target, const httplib::Headers& headers, const Receiver& receive,
+                         std::string& refusal) {
+    bool success = false;
+    return http().Get(
+        target, headers, [&](const httplib::Response& response) { return success = is_success(response.status), true; },
+        [&](const char* data, std::size_t size) {
+          if (success) return receive({data, size});
+          refusal.append(data, size);
+          return true;
+        });
+  }
+
+  void fetch(const std::string& path, const Query& query, const Receiver& receive) {
+    std::string refusal;
+    const auto result = stream(httplib::append_query_params(path, query), {}, receive, refusal);
+    require(result, refusal);
+  }
+
+ private:
+  std::string url_;
+  Interruption& interruption_;
+  httplib::Client http_;
+};
+
+ServiceClient::ServiceClient(const std::string& url, Interruption& interruption)
+    : interruption_(interruption), connection_(std::make_unique<Connection>(url, interruption)) {}
+
+ServiceClient::~ServiceClient() = default;
+
+Json ServiceClient::submit(const std::filesystem::path& mesh, const std::string& format,
+                           const v1::Parameters& parameters) {
+  std::error_code error;
+  const auto bytes = std::filesystem::file_size(mesh, error);
+  std::ifstream stream(mesh, std::ios::binary);
+  if (error || !stream) throw Failure(code::kFileUnreadable, fmt::format("cannot read {}", mesh.string()));
+
+  Query query = query_of(parameters);
+  query.emplace("name", mesh.filename().string());
+  if (!format.empty()) query.emplace("format", format);
+  std::string piece(kPiece, '\0');
+  const auto provide = [&](std::size_t, std::size_t length, httplib::DataSink& sink) {
+    stream.read(piece.data(), static_cast<std::streamsize>(std::min(length, piece.size())));
+    return stream.gcount() > 0 && sink.write(piece.data(), static_cast<std::size_t>(stream.gcount()));
+  };
+  const std::string target = httplib::append_query_params("/v1/jobs", query), type = "application/octet-stream";
+  httplib::Client& http = connection_->http();
+  return parse_answer(connection_->body_of(bytes > 0 ? http.Post(target, bytes, provide, type)
+                                                     : http.Post(target, std::string(), type)));
+}
+
+Json ServiceClient::get(const std::string& path, const Query& query) { return parse_answer(download(path, query)); }
+
+Json ServiceClient::post(const std::string& path) {
+  return parse_answer(connection_->body_of(connection_->http().Post(path)));
+}
+
+void ServiceClient::remove(const std::string& path) { connection_->body_of(connection_->http().Delete(path)); }
+
+std::uint64_t ServiceClient::download(const std::string& path, const Query& query, const std::filesystem::path& file) {
+  OutputFile output(file);
+  std::uint64_t bytes = 0;
+  connection_->fetch(path, query, [&](std::string_view piece) {
+    bytes += piece.size();
+    output.write(piece);
+    return true;
+  });
+  output.commit();
+  return bytes;
+}
+
+std::string ServiceClient::download(const std::string& path, const Query& query) {
+  std::string body;
+  connection_->fetch(path, query, [&](std::string_view piece) { return body += piece, true; });
+  return body;
+}
+
+bool ServiceClient::listen(const std::string& id, std::string& last_event_id, Json& job,
+                           const OnProgress& on_progress) {
+  EventParser parser;
+  bool ended = false;
+  const auto on_event = [&](const Event& event) {
+    last_event_id = event.id;
+    if (event.type == "progress") return on_progress(from_json<v1::Progress>(parse_answer(event.data)));
+    job = parse_answer(event.data);
+    ended = true;
+  };
+  httplib::Headers headers;
+  if (!last_event_id.empty()) headers.emplace("Last-Event-ID", last_event_id);
+  std::string refusal;
+  const auto result = connection_->stream(
+      "/v1/jobs/" + id + "/events", headers,
+      [&](std::string_view bytes) {
+        for (const Event& event : parser.feed(bytes)) on_event(event);
+        return !ended;
+      },
+      refusal);
+  interruption_.check();
+  if (ended) return true;
+  if (!result || result->status == kServiceUnavailable) return false;
+  connection_->require(result, refusal);
+  if (result->status != kNoContent) return false;
+  job = get("/v1/jobs/" + id);  // its last event was heard already
+  return true;
+}
+
+Json ServiceClient::follow(const std::string& id, const OnProgress& on_progress) {
+  std::string last_event_id;
+  Json job;
+  for (int retries = 0; retries < kMaxRetries; ++retries) {
+    const auto heard = [&](const v1::Progress& progress) {
+      retries = 0;
+      on_progress(progress);
+    };
+    if (listen(id, last_event_id, job, heard)) return job;
+    if (interruption_.wait(kRetryPause)) interruption_.check();
+  }
+  throw Failure(code::kServerUnreachable, fmt::format("the events of job {} have stopped", id));
+}
+
+template <typename Message>
+Message from_json(const nlohmann::ordered_json& json) {
+  google::protobuf::util::JsonParseOptions options;
+  options.ignore_unknown_fields = true;
+  Message message;
+  const auto status = google::protobuf::util::JsonStringToMessage(json.dump(), &message, options);
+  if (!status.ok()) throw Failure(code::kServerUnreachable, "the answer is not as expected: " + status.ToString());
+  return message;
+}
+
+template v1::Job from_json(const nlohmann::ordered_json& json);
+template v1::JobList from_json(const nlohmann::ordered_json& json);
+template v1::Progress from_json(const nlohmann::ordered_json& json);
+
+}  // namespace crease::client

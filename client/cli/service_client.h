@@ -1,0 +1,57 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "client/cli/event_parser.h"
+#include "client/cli/interruption.h"
+#include "crease/v1/job.pb.h"
+
+namespace crease::client {
+
+using Query = std::multimap<std::string, std::string>;
+
+/// The calls of the service, one at a time. Every one throws Failure: the service's problem document,
+/// server_unreachable, or interrupted, which ends a call that is under way.
+class ServiceClient {
+ public:
+  using Json = nlohmann::ordered_json;
+
+  /// `url`: http://host:port
+  ServiceClient(const std::string& url, Interruption& interruption);
+  ~ServiceClient();
+  ServiceClient(const ServiceClient&) = delete;
+  ServiceClient& operator=(const ServiceClient&) = delete;
+
+  /// Streams the file up. `format` may be empty: then the service guesses. Returns the job.
+  Json submit(const std::filesystem::path& mesh, const std::string& format, const v1::Parameters& parameters);
+  Json get(const std::string& path, const Query& query = {});
+  Json post(const std::string& path);
+  void remove(const std::string& path);
+  /// Into a file, which appears whole or not at all. Returns its bytes.
+  std::uint64_t download(const std::string& path, const Query& query, const std::filesystem::path& file);
+  std::string download(const std::string& path, const Query& query);
+
+  /// Follows a job until it has ended, over lost connections too, and returns it.
+  Json follow(const std::string& id, const std::function<void(const v1::Progress&)>& on_progress);
+
+ private:
+  class Connection;
+  using OnProgress = std::function<void(const v1::Progress&)>;
+
+  /// One connection of follow(): true when `job` has ended.
+  bool listen(const std::string& id, std::string& last_event_id, Json& job, const OnProgress& on_progress);
+
+  Interruption& interruption_;
+  std::unique_ptr<Connection> connection_;
+};
+
+/// \throw Failure server_unreachable when that is not the JSON of the message
+template <typename Message>
+Message from_json(const nlohmann::ordered_json& json);
+
+}  // namespace crease::client

@@ -1,0 +1,141 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "client/cli/commands.h"
+#include "client/cli/failure.h"
+#include "client/cli/files.h"
+#include "client/cli/local_job.h"
+#include "client/cli/parameter_options.h"
+#include "client/cli/progress_bar.h"
+#include "client/cli/service_client.h"
+#include "proto/convert.h"
+
+namespace crease::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct SmoothOptionsOfCommand {
+  Console console;
+  std::filesystem::path input, output, labels, report;
+  std::string input_format, format, server;
+  ParameterOptions parameters;
+  bool local = false;
+};
+
+enum class LabelFormat { kJson, kCsv };
+
+LabelFormat label_format(const std::filesystem::path& path) {
+  const std::string extension = path.extension().string();
+  if (extension == ".csv") return LabelFormat::kCsv;
+  if (extension == ".json" || path.empty()) return LabelFormat::kJson;
+  throw Error(crease::code::kOutputFormatUnknown,
+              fmt::format("labels are written as .json or .csv, not {}", path.string()));
+}
+
+/// What is to be written, known to be possible before any work is done.
+struct Plan {
+  v1::Parameters parameters;
+  MeshFormat format;
+  LabelFormat label_format;
+};
+
+Plan plan(const SmoothOptionsOfCommand& options) {
+  return {options.parameters.read(), output_format(options.format, options.output), label_format(options.labels)};
+}
+
+Json smooth_locally(const SmoothOptionsOfCommand& options, const Plan& plan, ProgressBar& bar,
+                    const Interruption& interruption) {
+  const auto show = [&](const v1::Progress& progress) { bar.update(progress); };
+  const LocalJob local = run_local_job(options.input, options.input_format, plan.parameters, show, interruption);
+  write_file(options.output, encode_mesh(local.result, plan.format, local.extras));
+  if (!options.labels.empty()) {
+    write_file(options.labels, plan.label_format == LabelFormat::kCsv ? encode_labels_csv(local.result)
+                                                                      : encode_labels_json(local.result));
+  }
+  if (!options.report.empty()) write_file(options.report, to_json(local.report).dump(1) + "\n");
+  return to_json(local.job);
+}
+
+/// \throw Failure with the job's own problem when it has not succeeded
+void require_success(const Json& json) {
+  const auto job = from_json<v1::Job>(json);
+  if (job.state() == "succeeded") return;
+  if (job.state() == "cancelled") throw Failure("job_cancelled", fmt::format("job {} was cancelled", job.id()));
+  throw Failure(to_json(job.error()), ExitCode::kJobFailed);
+}
+
+void cancel(const std::string& server, const std::string& id) {
+  Interruption second;  // the first has been used up
+  ServiceClient(server, second).post("/v1/jobs/" + id + "/cancel");
+}
+
+/// The job that was submitted is stopped when the command is.
+Json follow_or_cancel(ServiceClient& client, const SmoothOptionsOfCommand& options, const std::string& id,
+                      ProgressBar& bar) {
+  try {
+    return client.follow(id, [&](const v1::Progress& progress) { bar.update(progress); });
+  } catch (const Failure& failure) {
+    if (failure.problem().at("code") == code::kInterrupted) cancel(options.server, id);
+    throw;
+  }
+}
+
+Json smooth_remotely(const SmoothOptionsOfCommand& options, const Plan& plan, ProgressBar& bar,
+                     Interruption& interruption) {
+  ServiceClient client(options.server, interruption);
+  const Json submitted = client.submit(options.input, options.input_format, plan.parameters);
+  const auto id = submitted.at("id").get<std::string>();
+  Json job = follow_or_cancel(client, options, id, bar);
+  require_success(job);
+  const std::string path = "/v1/jobs/" + id;
+  client.download(path + "/mesh", {{"format", std::string(format_name(plan.format))}}, options.output);
+  if (!options.labels.empty()) {
+    const std::string format = plan.label_format == LabelFormat::kCsv ? "csv" : "json";
+    client.download(path + "/labels", {{"format", format}}, options.labels);
+  }
+  if (!options.report.empty()) client.download(path + "/report", {}, options.report);
+  return job;
+}
+
+Json files_of(const SmoothOptionsOfCommand& options) {
+  Json files = {{"mesh", options.output.string()}};
+  if (!options.labels.empty()) files["labels"] = options.labels.string();
+  if (!options.report.empty()) files["report"] = options.report.string();
+  return files;
+}
+
+ExitCode smooth(const SmoothOptionsOfCommand& options) {
+  const Plan what = plan(options);
+  Interruption interruption;
+  ProgressBar bar(ProgressBar::style(options.console.quiet));
+  const Json json = options.local ? smooth_locally(options, what, bar, interruption)
+                                  : smooth_remotely(options, what, bar, interruption);
+  bar.finish();
+  const auto job = from_json<v1::Job>(json);
+  print_warnings(job);
+  options.console.result({{"job", json}, {"files", files_of(options)}},
+                         fmt::format("{}\nwritten        {}", figures(job), options.output.string()));
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void add_smooth_command(CLI::App& app, Run& run) {
+  CLI::App& command = *app.add_subcommand("smooth", "Smooth a mesh, keep its ridges and label them");
+  auto options = std::make_shared<SmoothOptionsOfCommand>();
+  command.add_option("input", options->input, "Noisy mesh: obj, ply, off, stl, gltf or glb")->required();
+  command.add_option("-o,--output", options->output, "Smoothed mesh; the extension is the format")->required();
+  command.add_option("--format", options->format, "Format of the output: glb, gltf, obj, ply, stl, off or json");
+  command.add_option("--input-format", options->input_format, "Format of the input; otherwise by its name, then bytes");
+  command.add_option("--labels", options->labels, "Ridge labels of the edges, as .json or .csv");
+  command.add_option("--report", options->report, "Energies of every sweep, counts and timings, as JSON");
+  add_parameter_options(command, options->parameters);
+  CLI::Option* const server = add_server_option(command, options->server);
+  command.add_flag("--local", options->local, "Run in this process; the files are the same")->excludes(server);
+  add_console_options(command, options->console);
+  run_with(command, run, options, smooth);
+}
+
+}  // namespace crease::client

@@ -1,0 +1,290 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "proto/parameter_table.h"
+#include "tests/service/service_fixture.h"
+
+namespace crease::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+
+class CommandLine : public ServiceTest {
+ protected:
+  CommandLine() {
+    write("input.obj", small_obj());
+    const Finished noise = crease({"noise", path("input.obj"), "-o", path("noisy.obj"), "--sigma", "0.1"});
+    EXPECT_EQ(noise.exit_code, 0) << noise.errors;
+  }
+
+  std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+  void write(const std::string& name, const std::string& bytes) const { std::ofstream(path(name)) << bytes; }
+  std::string bytes(const std::string& name) const { return read_file(path(name)); }
+  bool exists(const std::string& name) const { return fs::exists(path(name)); }
+  std::size_t files() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator()));
+  }
+
+  static std::string url() { return "http://127.0.0.1:" + std::to_string(port()); }
+
+  static Finished crease(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), CREASE_BIN);
+    return run_program(arguments);
+  }
+  static Finished remote(std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--server", url()});
+    return crease(std::move(arguments));
+  }
+
+  /// Runs crease until its first progress, then sends it SIGTERM.
+  Finished interrupted(const std::string& arguments) const {
+    const std::string script = std::string(CREASE_BIN) + " " + arguments + " 2> " + path("progress") +
+                               " & until grep -q sweep " + path("progress") + "; do :; done; kill -TERM $!; wait $!";
+    return run_program({"/bin/sh", "-c", script});
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+TEST_F(CommandLine, LocalAndHttpAndAnyNumberOfThreadsGiveTheSameBytes) {
+  for (const std::string format : {"glb", "obj", "ply", "stl", "off", "gltf", "json"}) {
+    const std::string one = "one." + format, two = "two." + format, http = "http." + format;
+    const std::vector<std::string> common = {"smooth", path("noisy.obj"), "-p", "sweeps=20"};
+    auto run = [&](const std::string& name, std::vector<std::string> more) {
+      std::vector<std::string> all = common;
+      all.insert(all.end(), {"-o", path(name), "--labels", path(name + ".labels.json")});
+      all.insert(all.end(), more.begin(), more.end());
+      const Finished finished = crease(all);
+      ASSERT_EQ(finished.exit_code, 0) << finished.errors;
+    };
+    run(one, {"--local", "--threads", "1"});
+    run(two, {"--local", "--threads", "2"});
+    run(http, {"--server", url()});
+    ASSERT_FALSE(bytes(one).empty());
+    EXPECT_TRUE(bytes(one) == bytes(two)) << format;
+    EXPECT_TRUE(bytes(one) == bytes(http)) << format;
+    EXPECT_EQ(bytes(one + ".labels.json"), bytes(http + ".labels.json"));
+  }
+}
+
+TEST_F(CommandLine, AnotherSeedGivesAnotherMesh) {
+  const auto smooth = [&](const std::string& seed) {
+    EXPECT_EQ(
+        crease({"smooth", path("noisy.obj"), "-o", path(seed + ".obj"), "--local", "-p", "sweeps=5", "--seed", seed})
+            .exit_code,
+        0);
+    return bytes(seed + ".obj");
+  };
+  EXPECT_NE(smooth("1"), smooth("2"));
+}
+
+TEST_F(CommandLine, SmoothPrintsOneObjectWithJson) {
+  for (const std::vector<std::string>& where : {std::vector<std::string>{"--local"}, {"--server", url()}}) {
+    std::vector<std::string> arguments = {"smooth",   path("noisy.obj"),  "-o",       path("out.glb"),
+                                          "--labels", path("labels.csv"), "--report", path("report.json"),
+                                          "-p",       "sweeps=4",         "--json"};
+    arguments.insert(arguments.end(), where.begin(), where.end());
+    const Finished finished = crease(arguments);
+    ASSERT_EQ(finished.exit_code, 0) << finished.errors;
+    const json object = json::parse(finished.output);
+    EXPECT_EQ(object["job"]["state"], "succeeded");
+    EXPECT_EQ(object["job"]["parameters"]["sweeps"], 4);
+    EXPECT_EQ(object["job"]["input"]["name"], "noisy.obj");
+    EXPECT_EQ(object["job"]["input"]["format"], "obj");
+    EXPECT_EQ(object["job"]["input"]["faces"], 192);
+    EXPECT_EQ(object["files"]["mesh"], path("out.glb"));
+    EXPECT_THAT(bytes("labels.csv"), testing::StartsWith("v0,v1,label,dihedral_deg"));
+    const json report = json::parse(bytes("report.json"));
+    EXPECT_EQ(report["sweeps"].size(), 4U);
+    EXPECT_EQ(report["id"], object["job"]["id"]);
+  }
+}
+
+TEST_F(CommandLine, ProgressIsPlainLinesWhenPiped) {
+  const Finished finished = crease({"smooth", path("noisy.obj"), "-o", path("out.obj"), "--local", "-p", "sweeps=200"});
+  ASSERT_EQ(finished.exit_code, 0);
+  const auto lines = std::ranges::count(finished.errors, '\n');
+  EXPECT_GE(lines, 9);
+  EXPECT_LE(lines, 13);
+  EXPECT_THAT(finished.errors, HasSubstr("sweep 200/200"));
+  EXPECT_THAT(finished.errors, HasSubstr("energy"));
+  EXPECT_THAT(finished.errors, HasSubstr("ETA"));
+  EXPECT_EQ(finished.errors.find_first_of("\r\033"), std::string::npos);
+  EXPECT_THAT(finished.output, HasSubstr("displacement"));
+}
+
+TEST_F(CommandLine, QuietSaysNothing) {
+  const Finished finished =
+      crease({"smooth", path("noisy.obj"), "-o", path("out.obj"), "--local", "-p", "sweeps=3", "-q"});
+  EXPECT_EQ(finished.exit_code, 0);
+  EXPECT_EQ(finished.output + finished.errors, "");
+}
+
+TEST_F(CommandLine, BadParametersAreRefusedAsTheServiceDoes) {
+  const std::vector<std::pair<std::string, std::string>> cases = {{"sharpnes=1", "parameter_unknown"},
+                                                                  {"sweeps=many", "parameter_invalid"},
+                                                                  {"step_size=-1", "parameter_out_of_range"}};
+  for (const auto& [assignment, code] : cases) {
+    const Finished finished =
+        crease({"smooth", path("noisy.obj"), "-o", path("out.obj"), "-p", assignment, "--local", "--json"});
+    EXPECT_EQ(finished.exit_code, 2);
+    const json mine = json::parse(finished.output);
+    const json service = call("POST", "/v1/jobs?" + assignment, {{"Content-Type", "model/obj"}}, small_obj()).json();
+    EXPECT_EQ(mine["code"], code);
+    for (const char* member : {"code", "status", "title", "detail", "field", "value", "expected"}) {
+      EXPECT_EQ(mine[member], service[member]) << member;
+    }
+  }
+  EXPECT_FALSE(exists("out.obj"));
+}
+
+TEST_F(CommandLine, ExitCodesSayWhatWentWrong) {
+  write("broken.obj", "v 0 0 0\nf 1 2 3\n");
+  const std::string noisy = path("noisy.obj"), out = path("out.obj");
+  const std::string broken = path("broken.obj");
+  const std::vector<std::pair<std::vector<std::string>, int>> cases = {
+      {{"smooth", noisy, "-o", out, "--local", "-p", "seed"}, 2},
+      {{"smooth", noisy, "-o", out, "--local", "-p", "seed=1", "--seed", "2"}, 2},
+      {{"smooth", noisy, "-o", path("out.xyz"), "--local"}, 2},
+      {{"smooth", noisy}, 2},
+      {{"smoothen"}, 2},
+      {{}, 2},
+      {{"smooth", noisy, "-o", out, "--local", "--server", url()}, 2},
+      {{"smooth", broken, "-o", out, "--local"}, 3},
+      {{"smooth", broken, "-o", out, "--server", url()}, 3},
+      {{"smooth", noisy, "-o", out, "--server", "http://127.0.0.1:1"}, 4},
+      {{"health", "--server", "127.0.0.1:1"}, 4},
+      {{"status", "0123456789abcdef0123", "--server", url()}, 7},
+      {{"watch", "0123456789abcdef0123", "--server", url()}, 7},
+      {{"smooth", path("missing.obj"), "-o", out, "--local"}, 9},
+      {{"smooth", path("missing.obj"), "-o", out, "--server", url()}, 9},
+      {{"smooth", noisy, "-o", path("no/such/folder.obj"), "--local", "-p", "sweeps=1"}, 9},
+      {{"noise", noisy, "-o", out, "--sigma", "-1"}, 2},
+      {{"noise", noisy, "-o", out, "--sigma", "1", "--kind", "pink"}, 2},
+      {{"health", "--server", url()}, 0},
+      {{"--help"}, 0},
+  };
+  const std::size_t before = files();
+  for (const auto& [arguments, exit_code] : cases) {
+    const Finished finished = crease(arguments);
+    EXPECT_EQ(finished.exit_code, exit_code) << testing::PrintToString(arguments) << finished.errors;
+    EXPECT_EQ(finished.errors.empty(), exit_code == 0) << testing::PrintToString(arguments);
+  }
+  EXPECT_EQ(files(), before);
+}
+
+TEST_F(CommandLine, FailuresAreProblemDocumentsWithJson) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"smooth", "--json"}, "usage"},
+      {{"smooth", path("missing.obj"), "-o", path("out.obj"), "--local", "--json"}, "file_unreadable"},
+      {{"status", "0123456789abcdef0123", "--json", "--server", url()}, "job_not_found"},
+      {{"health", "--json", "--server", "127.0.0.1:1"}, "server_unreachable"},
+  };
+  for (const auto& [arguments, code] : cases) {
+    const Finished finished = crease(arguments);
+    EXPECT_EQ(json::parse(finished.output)["code"], code) << testing::PrintToString(arguments);
+    EXPECT_THAT(finished.errors, HasSubstr(code));
+  }
+}
+
+TEST_F(CommandLine, AJobGoesThroughItsWholeLife) {
+  const Finished submitted = remote({"submit", path("noisy.obj"), "-p", "sweeps=10", "--json"});
+  ASSERT_EQ(submitted.exit_code, 0) << submitted.errors;
+  const auto id = json::parse(submitted.output)["id"].get<std::string>();
+
+  const Finished watched = remote({"watch", id, "--json"});
+  EXPECT_EQ(watched.exit_code, 0) << watched.errors;
+  EXPECT_EQ(json::parse(watched.output)["state"], "succeeded");
+  EXPECT_EQ(remote({"watch", id}).exit_code, 0);
+  EXPECT_THAT(remote({"status", id}).output, HasSubstr("succeeded"));
+  const json listed = json::parse(remote({"list", "--json", "--limit", "1000"}).output);
+  EXPECT_TRUE(std::ranges::any_of(listed["jobs"], [&](const json& job) { return job["id"] == id; }));
+  EXPECT_THAT(remote({"list", "--state", "succeeded"}).output, HasSubstr(id));
+
+  EXPECT_EQ(remote({"mesh", id, "-o", path("out.ply")}).exit_code, 0);
+  EXPECT_THAT(bytes("out.ply"), testing::StartsWith("ply"));
+  EXPECT_EQ(json::parse(remote({"labels", id}).output)["edges"].size(), 288U);
+  EXPECT_EQ(remote({"labels", id, "-o", path("labels.csv"), "--min", "0.5"}).exit_code, 0);
+  EXPECT_EQ(json::parse(remote({"report", id}).output)["sweeps"].size(), 10U);
+  EXPECT_EQ(remote({"labels", id, "--min", "2"}).exit_code, 2);
+
+  EXPECT_EQ(json::parse(remote({"delete", id, "--json"}).output), (json{{"deleted", id}}));
+  EXPECT_EQ(remote({"status", id}).exit_code, 7);
+}
+
+TEST_F(CommandLine, ACancelledJobHasNoMesh) {
+  const auto id = server().submit(small_obj(), kLong)["id"].get<std::string>();
+  server().wait_for_state(id, "running");
+  EXPECT_EQ(remote({"mesh", id, "-o", path("out.obj")}).exit_code, 8);
+  EXPECT_EQ(remote({"cancel", id}).exit_code, 0);
+  EXPECT_EQ(remote({"watch", id}).exit_code, 6);
+  EXPECT_EQ(remote({"mesh", id, "-o", path("out.obj")}).exit_code, 6);
+  EXPECT_FALSE(exists("out.obj"));
+}
+
+TEST_F(CommandLine, AnInterruptionEndsALocalRun) {
+  const Finished finished =
+      interrupted("smooth " + path("noisy.obj") + " -o " + path("out.obj") + " --local --json -p " + kLong);
+  EXPECT_EQ(finished.exit_code, 6) << bytes("progress");
+  EXPECT_EQ(json::parse(finished.output)["code"], "interrupted");
+  EXPECT_FALSE(exists("out.obj"));
+}
+
+TEST_F(CommandLine, AnInterruptionCancelsTheJobThatWasSubmitted) {
+  const Finished finished = interrupted("smooth " + path("noisy.obj") + " -o " + path("out.obj") + " -p " + kLong +
+                                        " -p seed=77 --server " + url());
+  EXPECT_EQ(finished.exit_code, 6) << bytes("progress");
+  const json newest = json::parse(remote({"list", "--json", "--limit", "1"}).output)["jobs"][0];
+  EXPECT_EQ(newest["parameters"]["seed"], 77);
+  EXPECT_EQ(server().wait_for_end(newest["id"].get<std::string>())["state"], "cancelled");
+}
+
+TEST_F(CommandLine, AnInterruptedWatchLeavesTheJobRunning) {
+  const auto id = server().submit(small_obj(), kLong + "&seed=78")["id"].get<std::string>();
+  EXPECT_EQ(interrupted("watch " + id + " --server " + url()).exit_code, 6);
+  EXPECT_EQ(json::parse(remote({"status", id, "--json"}).output)["state"], "running");
+  EXPECT_EQ(remote({"delete", id}).exit_code, 0);
+}
+
+TEST_F(CommandLine, NoiseIsRepeatableAndMeasured) {
+  EXPECT_EQ(crease({"noise", path("input.obj"), "-o", path("again.obj"), "--sigma", "0.1"}).exit_code, 0);
+  EXPECT_EQ(bytes("again.obj"), bytes("noisy.obj"));
+
+  const json itself = json::parse(crease({"measure", path("input.obj"), path("input.obj"), "--json"}).output);
+  EXPECT_EQ(itself["mean_normal_error_deg"], 0.0);
+  EXPECT_FALSE(itself.contains("labels"));
+
+  ASSERT_EQ(crease({"smooth", path("input.obj"), "-o", path("out.obj"), "--labels", path("labels.json"), "--local",
+                    "-p", "sweeps=2"})
+                .exit_code,
+            0);
+  const Finished measured =
+      crease({"measure", path("input.obj"), path("noisy.obj"), "--labels", path("labels.json"), "--json"});
+  ASSERT_EQ(measured.exit_code, 0) << measured.errors;
+  const json noisy = json::parse(measured.output);
+  EXPECT_GT(noisy["mean_normal_error_deg"], 0.0);
+  EXPECT_NEAR(noisy["mean_vertex_error"].get<double>(), 0.16, 0.03);  // mean of |N(0, 0.1²)³|
+  EXPECT_EQ(noisy["labels"]["reference_ridges"], 48);
+}
+
+TEST_F(CommandLine, HelpListsEveryParameterAndExitCode) {
+  const std::string smooth = crease({"smooth", "--help"}).output;
+  for (const ParameterInfo& info : parameter_table()) {
+    EXPECT_THAT(smooth, HasSubstr(info.name + "=" + info.default_text));
+    EXPECT_THAT(smooth, HasSubstr(info.meaning));
+    EXPECT_THAT(smooth, HasSubstr(info.expected()));
+  }
+  EXPECT_THAT(crease({"--help"}).output, HasSubstr("Exit codes"));
+  EXPECT_EQ(json::parse(crease({"parameters", "--json"}).output), json::parse(call("GET", "/v1/parameters").body));
+}
+
+}  // namespace
+}  // namespace crease::test
