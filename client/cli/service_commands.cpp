@@ -27,8 +27,10 @@ ExitCode health(const ServiceOptions& options) {
 }  // namespace
 
 CLI::Option* add_server_option(CLI::App& command, std::string& server) {
-  server = kDefaultServer;
-  return command.add_option("--server", server, "URL of the service")->envname("CREASED_URL")->capture_default_str();
+  // Not through CLI11: a variable that is merely set must not exclude --local as --server does.
+  const char* const variable = std::getenv("CREASED_URL");  // NOLINT(concurrency-mt-unsafe): before any thread
+  server = variable != nullptr && *variable != '\0' ? variable : kDefaultServer;
+  return command.add_option("--server", server, "URL of the service; otherwise CREASED_URL")->capture_default_str();
 }
 
 void add_service_commands(CLI::App& app, Run& run) {
