@@ -219,6 +219,7 @@ const std::vector<ParameterInfo>& parameter_table() {
 
 std::vector<std::string> parameter_names() {
   std::vector<std::string> names;
+  names.reserve(parameter_table().size());
   for (const ParameterInfo& info : parameter_table()) names.push_back(info.name);
   return names;
 }

@@ -35,7 +35,7 @@ Failure::Failure(std::string_view code, const std::string& detail)
 
 Failure::Failure(const Error& error) : Failure(to_json(to_problem(error))) {}
 
-Failure::Failure(ordered_json problem) : Failure(problem, exit_code_of_problem(problem)) {}
+Failure::Failure(const ordered_json& problem) : Failure(problem, exit_code_of_problem(problem)) {}
 
 Failure::Failure(ordered_json problem, ExitCode exit_code)
     : std::runtime_error(sentence(problem)), problem_(std::move(problem)), exit_code_(exit_code) {}

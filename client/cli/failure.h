@@ -18,7 +18,7 @@ class Failure : public std::runtime_error {
   /// What core refuses, as the service would put it.
   explicit Failure(const Error& error);
   /// What the service answered.
-  explicit Failure(nlohmann::ordered_json problem);
+  explicit Failure(const nlohmann::ordered_json& problem);
   Failure(nlohmann::ordered_json problem, ExitCode exit_code);
 
   const nlohmann::ordered_json& problem() const { return problem_; }

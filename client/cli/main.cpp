@@ -13,7 +13,6 @@
 
 namespace {
 
-using crease::client::ExitCode;
 using crease::client::Failure;
 
 int report(const Failure& failure, bool json) {

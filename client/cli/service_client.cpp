@@ -79,8 +79,8 @@ class ServiceClient::Connection {
       throw Failure(code::kServerUnreachable, fmt::format("{}: {}", url_, httplib::to_string(result.error())));
     }
     if (is_success(result->status)) return;
-    Json problem = Json::parse(body, nullptr, false);
-    if (problem.is_object() && problem.contains("code")) throw Failure(std::move(problem));
+    const Json problem = Json::parse(body, nullptr, false);
+    if (problem.is_object() && problem.contains("code")) throw Failure(problem);
     throw Failure(code::kServerUnreachable,
                   fmt::format("{} answered {}; is this a creased server?", url_, result->status));
   }
