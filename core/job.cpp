@@ -1,27 +1,12 @@
 #include "core/job.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "core/measure/measure.h"
+
 namespace crease {
 namespace {
-
-double signed_volume(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles) {
-  if (positions.empty()) return 0;
-  const Vec3& origin = positions.front();
-  double sum = 0;
-  for (const auto& [a, b, c] : triangles) {
-    sum += (positions[a] - origin).dot((positions[b] - origin).cross(positions[c] - origin));
-  }
-  return sum / 6;
-}
-
-double volume_change(const Mesh& before, const Mesh& after) {
-  const double volume = signed_volume(before.positions, before.triangles);
-  const double change = signed_volume(after.positions, after.triangles) - volume;
-  return volume != 0 ? change / std::abs(volume) : 0;
-}
 
 ResultFacts result_facts(const CheckedInput& input, const LabelledMesh& result, double seconds) {
   ResultFacts facts;
@@ -39,10 +24,7 @@ ResultFacts result_facts(const CheckedInput& input, const LabelledMesh& result, 
     squares += moved * moved;
   }
   facts.rms_displacement = std::sqrt(squares / static_cast<double>(input.mesh.positions.size()));
-  // Without a closed surface there is no volume to change.
-  if (input.facts.boundary_edges == 0 && input.facts.nonmanifold_edges == 0) {
-    facts.volume_change = volume_change(input.mesh, result.mesh);
-  }
+  facts.volume_change = relative_volume_change(input.mesh, input.topology, result.mesh.positions);
   return facts;
 }
 

@@ -27,10 +27,14 @@ bool EdgeProcess::visit(Index edge, const CounterRandom& random, std::uint32_t s
   return true;
 }
 
-ProposalCount EdgeProcess::sweep(const Coloring& coloring, const CounterRandom& random, std::uint32_t sweep_index,
+ProposalCount EdgeProcess::sweep(const Schedule& schedule, const CounterRandom& random, std::uint32_t sweep_index,
                                  double temperature, ThreadTeam& team) {
-  return metropolis_sweep(coloring, team, [&](std::size_t slot, std::size_t) {
-    return visit(coloring.sites[slot], random, sweep_index, temperature);
+  return metropolis_sweep(schedule, team, [&](std::size_t begin, std::size_t end, std::size_t) {
+    std::uint64_t accepted = 0;
+    for (std::size_t slot = begin; slot < end; ++slot) {
+      accepted += visit(schedule.sites[slot], random, sweep_index, temperature) ? 1 : 0;
+    }
+    return accepted;
   });
 }
 

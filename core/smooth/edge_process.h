@@ -2,10 +2,10 @@
 
 #include <vector>
 
-#include "core/smooth/coloring.h"
 #include "core/smooth/field.h"
 #include "core/smooth/metropolis.h"
 #include "core/smooth/random.h"
+#include "core/smooth/schedule.h"
 
 namespace crease {
 
@@ -13,8 +13,7 @@ namespace crease {
 class EdgeProcess {
  public:
   /// `terms` must be of the field as it is; their label sums follow the labels. Both must outlive the process.
-  EdgeProcess(Field& field, EdgeTerms& terms, const EnergyModel& model)
-      : field_(field), terms_(terms), model_(model) {}
+  EdgeProcess(Field& field, EdgeTerms& terms, const EnergyModel& model) : field_(field), terms_(terms), model_(model) {}
 
   /// E with `label` on `edge` minus E now. Interior edges only.
   double delta_energy(Index edge, double label) const { return slope(edge) * (label - field_.labels[edge]); }
@@ -24,7 +23,7 @@ class EdgeProcess {
 
   /// One Metropolis pass over all interior edges: a new label uniform in [0, 1], kept with probability
   /// min(1, exp(−ΔE/T)).
-  ProposalCount sweep(const Coloring& coloring, const CounterRandom& random, std::uint32_t sweep_index,
+  ProposalCount sweep(const Schedule& schedule, const CounterRandom& random, std::uint32_t sweep_index,
                       double temperature, ThreadTeam& team);
 
  private:

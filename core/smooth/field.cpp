@@ -69,8 +69,7 @@ Field::Field(const Mesh& mesh, const Topology& mesh_topology) : topology(mesh_to
 Vec3 Field::face_normal(std::size_t face) const {
   const auto [a, b, c] = faces[face];
   const Vec3 cross = (positions[b] - positions[a]).cross(positions[c] - positions[a]);
-  const double length = std::sqrt(cross.squaredNorm());
-  return length > 0 ? Vec3(cross / length) : Vec3::Zero();
+  return cross * (1 / std::sqrt(cross.squaredNorm() + kNoArea));
 }
 
 void Field::update_normals(ThreadTeam& team) {

@@ -24,6 +24,10 @@ struct EnergyModel {
   static EnergyModel final_of(const SmoothOptions& options);
 };
 
+/// Added to the squared length of a normal before its root, so that a face without area gets the normal zero without a
+/// branch. Far below the square of any area in units of the mean edge length.
+inline constexpr double kNoArea = 1e-200;
+
 /// ρ of two normals that differ by `squared_difference` = ‖n_i − n_j‖² (§3.2).
 inline double smoothness_potential(Smoothness smoothness, double squared_difference) {
   return smoothness == Smoothness::kQuadratic ? squared_difference : std::sqrt(std::max(squared_difference, 0.0));
@@ -55,7 +59,8 @@ struct EdgeTerms {
   std::vector<double> angle;      ///< unsigned dihedral angle φ in radians; 0 at faces without area
   std::vector<Vec3> direction;    ///< unit vector from the edge's first vertex to its second; zero without length
   /// Per vertex Σ ε_e u_e over its edges, u_e pointing away from it. The support of edge e at that vertex by all the
-  /// others is −u_e · (sum − ε_e u_e): cos θ of a walk through the vertex is minus the cosine between outward directions.
+  /// others is −u_e · (sum − ε_e u_e): cos θ of a walk through the vertex is minus the cosine between outward
+  /// directions.
   std::vector<Vec3> label_sum;
 
   void update(const Field& field, Smoothness smoothness, ThreadTeam& team);

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
-#include "core/smooth/coloring.h"
 #include "core/smooth/random.h"
+#include "core/smooth/schedule.h"
 #include "core/smooth/thread_team.h"
 
 namespace crease {
@@ -28,25 +28,25 @@ inline bool metropolis_accepts(double delta_energy, double temperature, std::uin
   return uniform < std::exp(-x);
 }
 
-/// Visits every site once, group by group; `visit(slot, thread)` with a place in
-/// `coloring.sites` says whether its proposal was accepted. Sites of a
-/// group run on any thread in any order.
+/// Visits every site once. `visit(begin, end, thread)` makes and decides a proposal for each of these places in
+/// `schedule.sites`, a run, and returns how many it accepted.
 template <typename Visit>
-ProposalCount metropolis_sweep(const Coloring& coloring, ThreadTeam& team, Visit visit) {
-  constexpr std::size_t kChunk = 256;
+ProposalCount metropolis_sweep(const Schedule& schedule, ThreadTeam& team, Visit visit) {
   struct alignas(64) Padded {
     std::uint64_t count = 0;
   };
   std::vector<Padded> accepted(team.size());
-  for (std::size_t group = 0; group < coloring.groups(); ++group) {
-    const std::size_t first = coloring.starts[group];
-    team.run(coloring.starts[group + 1] - first, kChunk, [&](std::size_t begin, std::size_t end, std::size_t thread) {
-      std::uint64_t chunk_accepted = 0;
-      for (std::size_t i = begin; i < end; ++i) chunk_accepted += visit(first + i, thread) ? 1 : 0;
-      accepted[thread].count += chunk_accepted;
+  for (std::size_t phase = 0; phase + 1 < schedule.phases.size(); ++phase) {
+    const std::size_t first = schedule.phases[phase];
+    team.run(schedule.phases[phase + 1] - first, 1, [&](std::size_t begin, std::size_t end, std::size_t thread) {
+      std::uint64_t count = 0;
+      for (std::size_t run = schedule.tasks[first + begin]; run < schedule.tasks[first + end]; ++run) {
+        count += visit(schedule.runs[run], schedule.runs[run + 1], thread);
+      }
+      accepted[thread].count += count;
     });
   }
-  ProposalCount result{coloring.sites.size(), 0};
+  ProposalCount result{schedule.sites.size(), 0};
   for (const Padded& padded : accepted) result.accepted += padded.count;
   return result;
 }

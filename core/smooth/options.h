@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <numbers>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -17,7 +18,7 @@ enum class Smoothness {
 /// Meaning, range and default of each field for users are in proto/crease/v1/parameters.proto; a test holds the
 /// defaults of both together.
 struct SmoothOptions {
-  std::uint32_t sweeps = 300;
+  std::uint32_t sweeps = 400;
   std::uint32_t seed = 1;
   std::uint32_t threads = 0;  ///< 0: as many as the machine has; never changes the result
 
@@ -26,12 +27,12 @@ struct SmoothOptions {
   Smoothness smoothness = Smoothness::kQuadratic;
   double smoothness_weight = 1.0;  ///< β
 
-  bool edge_process = true;          ///< false: all labels stay 0, the paper's model without ridges
-  double sharpness_threshold = 0.6;  ///< φ₀
-  double sharpness_weight = 0.5;     ///< γ, per radian
-  double support_weight = 0.5;       ///< κ, relative to γ
+  bool edge_process = true;  ///< false: all labels stay 0, the paper's model without ridges
+  double sharpness_threshold = 46 * (std::numbers::pi / 180);  ///< φ₀
+  double sharpness_weight = 0.8;                               ///< γ, per radian
+  double support_weight = 0.2;                                 ///< κ, relative to γ
 
-  double label_temperature_start = 0.3, label_temperature_end = 0.06;
+  double label_temperature_start = 0.3, label_temperature_end = 0.03;
   double vertex_temperature_start = 0.1, vertex_temperature_end = 0.001;
   double step_size = 0.1;  ///< half-width of a proposal at the start; adapts to the acceptance rate
 };

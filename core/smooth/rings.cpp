@@ -96,11 +96,11 @@ class RingBuilder {
 
 }  // namespace
 
-Rings::Rings(const Field& field, const Coloring& coloring)
+Rings::Rings(const Field& field, const Schedule& schedule)
     : starts(1, 0), no_edge(static_cast<Index>(field.topology.edges.size())) {
   RingBuilder builder(field, no_edge);
-  lanes.reserve(4 * field.faces.size() + coloring.sites.size());
-  for (const Index vertex : coloring.sites) {
+  lanes.reserve(4 * field.faces.size() + schedule.sites.size());
+  for (const Index vertex : schedule.sites) {
     builder.append(vertex, lanes);
     starts.push_back(lanes.size());
     longest = std::max(longest, starts.back() - starts[starts.size() - 2]);

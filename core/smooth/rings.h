@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "core/smooth/coloring.h"
 #include "core/smooth/field.h"
+#include "core/smooth/schedule.h"
 
 namespace crease {
 
@@ -23,16 +23,16 @@ struct Rings {
     Index spoke_edge = kNone;  ///< between the faces of the lane before and of this one; `no_edge` likewise
   };
 
-  Rings(const Field& field, const Coloring& coloring);
+  Rings(const Field& field, const Schedule& schedule);
 
   std::span<const Lane> operator[](std::size_t slot) const {
     return {lanes.data() + starts[slot], lanes.data() + starts[slot + 1]};
   }
 
   std::vector<Lane> lanes;
-  std::vector<std::size_t> starts;  ///< per site of the coloring
+  std::vector<std::size_t> starts;  ///< per site of the schedule
   std::size_t longest = 0;
-  Index no_edge = 0;                ///< one past the last edge
+  Index no_edge = 0;  ///< one past the last edge
 };
 
 }  // namespace crease

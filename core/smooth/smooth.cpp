@@ -4,9 +4,10 @@
 #include <chrono>
 #include <cmath>
 
-#include "core/smooth/coloring.h"
 #include "core/smooth/edge_process.h"
 #include "core/smooth/field.h"
+#include "core/smooth/renumbering.h"
+#include "core/smooth/schedule.h"
 #include "core/smooth/vertex_process.h"
 
 namespace crease {
@@ -28,22 +29,33 @@ double scheduled(double start, double end, double time) {
   return start > 0 && end > 0 ? start * std::pow(end / start, time) : start + (end - start) * time;
 }
 
+template <typename Value>
+std::vector<Value> gathered(const std::vector<Value>& values, const std::vector<Index>& places) {
+  std::vector<Value> result;
+  result.reserve(places.size());
+  for (const Index place : places) result.push_back(values[place]);
+  return result;
+}
+
 /// The annealing: all state between two sweeps.
 class Annealing {
  public:
   Annealing(const Mesh& mesh, const Topology& topology, const SmoothOptions& options)
       : options_(options),
+        mesh_(mesh),
         team_(options.threads),
         field_(mesh, topology),
         final_model_(EnergyModel::final_of(options)),
-        vertex_coloring_(color_vertices(mesh, topology)),
-        edge_coloring_(color_edges(topology)),
-        vertex_process_(field_, vertex_coloring_, team_.size()),
+        vertex_schedule_(schedule_vertices(mesh, topology)),
+        edge_schedule_(schedule_edges(topology)),
+        vertex_process_(field_, vertex_schedule_, team_.size()),
         step_(options.step_size) {
     terms_.update(field_, options.smoothness, team_);
   }
 
-  const Field& field() const { return field_; }
+  /// In the units of the upload.
+  std::vector<Vec3> positions() const { return field_.upload_positions(mesh_); }
+  const std::vector<double>& labels() const { return field_.labels; }
 
   /// The labels' expectation over the coldest sweeps: how probable a ridge is, where one sample would be a throw of it.
   std::vector<double> expected_labels() const {
@@ -66,7 +78,7 @@ class Annealing {
     if (options_.edge_process) {
       EdgeProcess edges(field_, terms_, model);
       record.label_acceptance =
-          edges.sweep(edge_coloring_, edge_random_, index, record.label_temperature, team_).acceptance();
+          edges.sweep(edge_schedule_, edge_random_, index, record.label_temperature, team_).acceptance();
       if (time >= kAverageFrom) average_labels();
     }
     vertex_process_.set_model(model);
@@ -78,8 +90,8 @@ class Annealing {
     return record;
   }
 
-  std::uint64_t vertex_sites() const { return vertex_coloring_.sites.size(); }
-  std::uint64_t edge_sites() const { return options_.edge_process ? edge_coloring_.sites.size() : 0; }
+  std::uint64_t vertex_sites() const { return vertex_schedule_.sites.size(); }
+  std::uint64_t edge_sites() const { return options_.edge_process ? edge_schedule_.sites.size() : 0; }
 
  private:
   void average_labels() {
@@ -105,11 +117,12 @@ class Annealing {
   }
 
   const SmoothOptions& options_;
+  const Mesh& mesh_;
   ThreadTeam team_;
   Field field_;
   EdgeTerms terms_;
   EnergyModel final_model_;
-  Coloring vertex_coloring_, edge_coloring_;
+  Schedule vertex_schedule_, edge_schedule_;
   VertexProcess vertex_process_;
   CounterRandom vertex_random_{options_.seed, RandomStream::kVertexProcess};
   CounterRandom edge_random_{options_.seed, RandomStream::kEdgeProcess};
@@ -122,21 +135,26 @@ class Annealing {
 
 SmoothResult smooth(const Mesh& measured, const Topology& topology, const SmoothOptions& options, RunContext& context) {
   const auto start = std::chrono::steady_clock::now();
+  const Renumbering renumbering(measured);
+  const Topology renumbered = build_topology(renumbering.mesh);
+  const std::vector<Index> edges = new_edges(renumbering, topology, renumbered);
+  Annealing annealing(renumbering.mesh, renumbered, options);
+  const auto positions = [&] { return gathered(annealing.positions(), renumbering.new_vertex); };
+
   SmoothResult result;
-  Annealing annealing(measured, topology, options);
   for (std::uint32_t index = 1; index <= options.sweeps && !result.cancelled; ++index) {
     result.sweeps.push_back(annealing.sweep(index));
     result.vertex_proposals += annealing.vertex_sites();
     result.label_proposals += annealing.edge_sites();
     if (context.on_sweep) {
-      const SweepView view{result.sweeps.back(), options.sweeps, seconds_since(start), annealing.field().labels,
-                           [&] { return annealing.field().upload_positions(measured); }};
-      result.cancelled = !context.on_sweep(view);
+      const auto labels = [&] { return gathered(annealing.labels(), edges); };
+      result.cancelled =
+          !context.on_sweep({result.sweeps.back(), options.sweeps, seconds_since(start), labels, positions});
     }
     result.cancelled = result.cancelled || context.cancel.load();
   }
-  result.positions = annealing.field().upload_positions(measured);
-  result.labels = annealing.expected_labels();
+  result.positions = positions();
+  result.labels = gathered(annealing.expected_labels(), edges);
   result.seconds = seconds_since(start);
   return result;
 }

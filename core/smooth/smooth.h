@@ -33,7 +33,7 @@ struct SweepView {
   const SweepRecord& record;
   std::uint32_t sweeps = 0;
   double seconds = 0;
-  const std::vector<double>& labels;
+  std::function<std::vector<double>()> labels;   ///< per edge of the topology, made when called
   std::function<std::vector<Vec3>()> positions;  ///< in the units of the upload, made when called
 };
 

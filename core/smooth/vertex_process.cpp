@@ -1,6 +1,7 @@
 #include "core/smooth/vertex_process.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace crease {
@@ -9,6 +10,10 @@ namespace {
 /// Lanes are worked on this many at a time, so that the compiler can keep them in vector registers; a ring of up to six
 /// faces is one block.
 constexpr std::size_t kBlock = 8;
+
+/// Sites of a group are independent, so this many proposals are computed before the first is decided: a decision is a
+/// coin toss that no processor predicts, and waiting for each would leave it idle.
+constexpr std::size_t kBatch = 8;
 
 }  // namespace
 
@@ -58,7 +63,7 @@ class VertexProcess::Visit {
 
 void VertexProcess::Visit::load(const VertexProcess& process, std::size_t slot) {
   const Field& field = process.field_;
-  vertex_ = process.coloring_.sites[slot];
+  vertex_ = process.schedule_.sites[slot];
   measured_ = field.measured[vertex_];
   old_position_ = field.positions[vertex_];
   lanes_ = process.rings_[slot];
@@ -100,7 +105,7 @@ void VertexProcess::Visit::turn_faces(const Vec3& position) {
       const double cx = px[j + 1] - x, cy = py[j + 1] - y, cz = pz[j + 1] - z;
       const double ox = by * cz - bz * cy, oy = bz * cx - bx * cz, oz = bx * cy - by * cx;
       const double square = ox * ox + oy * oy + oz * oz;
-      const double scale = square > 0 ? 1 / std::sqrt(square) : 0;
+      const double scale = 1 / std::sqrt(square + kNoArea);
       nx[j] = ox * scale;
       ny[j] = oy * scale;
       nz[j] = oz * scale;
@@ -138,8 +143,8 @@ void VertexProcess::Visit::accept(Field& field) const {
   }
 }
 
-VertexProcess::VertexProcess(Field& field, const Coloring& coloring, std::size_t threads)
-    : field_(field), coloring_(coloring), rings_(field, coloring), visits_(threads, Visit(rings_)) {}
+VertexProcess::VertexProcess(Field& field, const Schedule& schedule, std::size_t threads)
+    : field_(field), schedule_(schedule), rings_(field, schedule), visits_(threads * kBatch, Visit(rings_)) {}
 
 VertexProcess::~VertexProcess() = default;
 
@@ -157,18 +162,34 @@ double VertexProcess::delta_energy(std::size_t slot, const Vec3& position) {
   return visits_[0].delta_energy(model_, position);
 }
 
+double VertexProcess::propose(Visit& visit, std::size_t slot, const CounterRandom::Words& words, double step) const {
+  const Vec3 displacement(CounterRandom::symmetric(words[0]), CounterRandom::symmetric(words[1]),
+                          CounterRandom::symmetric(words[2]));
+  visit.load(*this, slot);
+  return visit.delta_energy(model_, visit.position() + step * displacement);
+}
+
 ProposalCount VertexProcess::sweep(const CounterRandom& random, std::uint32_t sweep_index, double temperature,
                                    double step, ThreadTeam& team) {
-  return metropolis_sweep(coloring_, team, [&](std::size_t slot, std::size_t thread) {
-    const CounterRandom::Words words = random(sweep_index, coloring_.sites[slot]);
-    const Vec3 displacement(CounterRandom::symmetric(words[0]), CounterRandom::symmetric(words[1]),
-                            CounterRandom::symmetric(words[2]));
-    Visit& visit = visits_[thread];
-    visit.load(*this, slot);
-    const double delta = visit.delta_energy(model_, visit.position() + step * displacement);
-    if (!metropolis_accepts(delta, temperature, words[3])) return false;
-    visit.accept(field_);
-    return true;
+  return metropolis_sweep(schedule_, team, [&](std::size_t begin, std::size_t end, std::size_t thread) {
+    Visit* const visits = visits_.data() + thread * kBatch;
+    std::array<double, kBatch> delta{};
+    std::array<std::uint32_t, kBatch> word{};
+    std::uint64_t accepted = 0;
+    for (std::size_t first = begin; first < end; first += kBatch) {
+      const std::size_t count = std::min(kBatch, end - first);
+      for (std::size_t i = 0; i < count; ++i) {
+        const CounterRandom::Words words = random(sweep_index, schedule_.sites[first + i]);
+        delta[i] = propose(visits[i], first + i, words, step);
+        word[i] = words[3];
+      }
+      for (std::size_t i = 0; i < count; ++i) {
+        if (!metropolis_accepts(delta[i], temperature, word[i])) continue;
+        visits[i].accept(field_);
+        ++accepted;
+      }
+    }
+    return accepted;
   });
 }
 

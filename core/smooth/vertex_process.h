@@ -3,25 +3,25 @@
 #include <memory>
 #include <vector>
 
-#include "core/smooth/coloring.h"
 #include "core/smooth/field.h"
 #include "core/smooth/metropolis.h"
 #include "core/smooth/random.h"
 #include "core/smooth/rings.h"
+#include "core/smooth/schedule.h"
 
 namespace crease {
 
 /// The vertex process (§3.2) while the labels stand still.
 class VertexProcess {
  public:
-  /// The field and the coloring must outlive the process.
-  VertexProcess(Field& field, const Coloring& coloring, std::size_t threads);
+  /// The field and the schedule must outlive the process.
+  VertexProcess(Field& field, const Schedule& schedule, std::size_t threads);
   ~VertexProcess();
 
   /// Takes over the weights and the field's labels for the proposals that follow.
   void set_model(const EnergyModel& model);
 
-  /// E with the vertex of `slot` (a place in the coloring) at `position` minus E now.
+  /// E with the vertex of `slot` (a place in the schedule) at `position` minus E now.
   double delta_energy(std::size_t slot, const Vec3& position);
 
   /// One Metropolis pass over all sites: a displacement uniform in a cube of half-width `step`, kept with probability
@@ -32,12 +32,14 @@ class VertexProcess {
  private:
   class Visit;  // one vertex lifted out of the field
 
+  double propose(Visit& visit, std::size_t slot, const CounterRandom::Words& words, double step) const;
+
   Field& field_;
-  const Coloring& coloring_;
+  const Schedule& schedule_;
   Rings rings_;
   EnergyModel model_;
   std::vector<double> smoothing_;  ///< 1 − ε per interior edge, 0 for the others and for Rings::no_edge
-  std::vector<Visit> visits_;      ///< one for each thread
+  std::vector<Visit> visits_;      ///< a batch for each thread
 };
 
 }  // namespace crease

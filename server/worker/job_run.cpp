@@ -129,7 +129,7 @@ void JobRun::publish_stage(std::string_view stage) {
 
 void JobRun::write_snapshot(const crease::CheckedInput& input, const crease::SweepView& view) {
   try {
-    crease::LabelledMesh mesh{{view.positions(), input.mesh.triangles}, input.topology.edges, view.labels, {}};
+    crease::LabelledMesh mesh{{view.positions(), input.mesh.triangles}, input.topology.edges, view.labels(), {}};
     mesh.dihedral_rad = crease::signed_dihedral_angles(input.mesh, input.topology, mesh.mesh.positions);
     write_message(path(file::kSnapshot), suffix_, crease::to_message(mesh), false);
   } catch (const crease::Error& error) {

@@ -110,15 +110,15 @@ TEST(Energy, OfALabelProposalIsTheDifferenceOfTheFullEnergies) {
 TEST(Energy, OfAVertexProposalIsTheDifferenceOfTheFullEnergies) {
   for (const auto& [name, mesh, manifold, closed, degenerate] : mesh_family()) {
     const Topology topology = build_topology(mesh);
-    const Coloring coloring = color_vertices(mesh, topology);
+    const Schedule schedule = schedule_vertices(mesh, topology);
     for (const Smoothness smoothness : {Smoothness::kQuadratic, Smoothness::kSquareRoot}) {
       const EnergyModel model = with(smoothness);
       Field field = shaken_field(mesh, topology, 7);
-      VertexProcess process(field, coloring, 1);
+      VertexProcess process(field, schedule, 1);
       process.set_model(model);
       const Energy before = brute_force(field, model);
-      for (std::size_t slot = 0; slot < std::min<std::size_t>(coloring.sites.size(), 60); ++slot) {
-        const Index vertex = coloring.sites[slot];
+      for (std::size_t slot = 0; slot < std::min<std::size_t>(schedule.sites.size(), 60); ++slot) {
+        const Index vertex = schedule.sites[slot];
         const Vec3 old = field.positions[vertex];
         const Vec3 proposed = old + Vec3(0.11, -0.07, 0.05);
         const double delta = process.delta_energy(slot, proposed);
@@ -139,7 +139,7 @@ TEST(Energy, IsTheSameWhenTheMeshIsMovedTurnedAndScaled) {
     const Field field = shaken_field(mesh, topology, 11);
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.8, Vec3(1, 2, 3).normalized()).toRotationMatrix();
     Mesh moved = mesh;
-    for (Vec3& position : moved.positions) position = 2.5 * (turn * position) + Vec3(10, -4, 3);
+    for (Vec3& position : moved.positions) position = 2.5 * (turn * position) + field.unit * Vec3(10, -4, 3);
     Field same(moved, topology);
     same.labels = field.labels;
     for (std::size_t v = 0; v < same.positions.size(); ++v) {
@@ -197,10 +197,10 @@ TEST(Energy, OfAPlaneIsZeroAndNoMoveOutOfItGoesDownhill) {
   const Topology topology = build_topology(mesh);
   Field field(mesh, topology);
   EXPECT_NEAR(energy(field, kModel).total(), 0, 1e-12);
-  const Coloring coloring = color_vertices(mesh, topology);
-  VertexProcess process(field, coloring, 1);
+  const Schedule schedule = schedule_vertices(mesh, topology);
+  VertexProcess process(field, schedule, 1);
   process.set_model(kModel);
-  for (std::size_t slot = 0; slot < coloring.sites.size(); ++slot) {
+  for (std::size_t slot = 0; slot < schedule.sites.size(); ++slot) {
     const Vec3& here = field.positions[coloring.sites[slot]];
     for (const double height : {-0.2, -0.01, 0.01, 0.2}) {
       EXPECT_GT(process.delta_energy(slot, here + Vec3(0, 0, height)), 0);

@@ -53,15 +53,15 @@ TEST(Metropolis, OneLabelFollowsTheGibbsDistribution) {
     EdgeTerms terms;
     terms.update(field, model.smoothness, alone);
     EdgeProcess process(field, terms, model);
-    const Coloring coloring = color_edges(topology);
-    const Index edge = coloring.sites.at(0);
+    const Schedule schedule = schedule_edges(topology);
+    const Index edge = schedule.sites.at(0);
     const double temperature = 0.4, rate = process.slope(edge) / temperature;
 
     constexpr int kSweeps = 200'000, kBins = 10;
     std::array<int, kBins> histogram{};
     const CounterRandom random(4, RandomStream::kEdgeProcess);
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
-      process.sweep(coloring, random, static_cast<std::uint32_t>(sweep), temperature, alone);
+      process.sweep(schedule, random, static_cast<std::uint32_t>(sweep), temperature, alone);
       ++histogram[std::min<std::size_t>(kBins - 1, static_cast<std::size_t>(field.labels[edge] * kBins))];
     }
     for (int bin = 0; bin < kBins; ++bin) {
@@ -87,12 +87,12 @@ TEST(Metropolis, TwoCoupledLabelsFollowTheGibbsDistribution) {
   EdgeTerms terms;
   terms.update(field, model.smoothness, alone);
   EdgeProcess process(field, terms, model);
-  const Coloring coloring = color_edges(topology);
-  ASSERT_EQ(coloring.sites.size(), 2U);
+  const Schedule schedule = schedule_edges(topology);
+  ASSERT_EQ(schedule.sites.size(), 2U);
   const double temperature = 0.3;
-  const double a = process.slope(coloring.sites[0]), b = process.slope(coloring.sites[1]);
-  process.set_label(coloring.sites[1], 1);
-  const double coupling = process.slope(coloring.sites[0]) - a;
+  const double a = process.slope(schedule.sites[0]), b = process.slope(schedule.sites[1]);
+  process.set_label(schedule.sites[1], 1);
+  const double coupling = process.slope(schedule.sites[0]) - a;
   EXPECT_NEAR(coupling, -model.sharpness_weight * model.support_weight, 1e-9);
 
   double weight = 0, mean = 0, product = 0;
@@ -110,7 +110,7 @@ TEST(Metropolis, TwoCoupledLabelsFollowTheGibbsDistribution) {
   double sampled_mean = 0, sampled_product = 0;
   const CounterRandom random(6, RandomStream::kEdgeProcess);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    process.sweep(coloring, random, static_cast<std::uint32_t>(sweep), temperature, alone);
+    process.sweep(schedule, random, static_cast<std::uint32_t>(sweep), temperature, alone);
     sampled_mean += field.labels[coloring.sites[0]];
     sampled_product += field.labels[coloring.sites[0]] * field.labels[coloring.sites[1]];
   }
@@ -123,8 +123,8 @@ TEST(Metropolis, AVertexUnderTheLikelihoodAloneIsGaussian) {
   const Mesh mesh = hinge(0.5);
   const Topology topology = build_topology(mesh);
   Field field(mesh, topology);
-  const Coloring coloring = color_vertices(mesh, topology);
-  VertexProcess process(field, coloring, 1);
+  const Schedule schedule = schedule_vertices(mesh, topology);
+  VertexProcess process(field, schedule, 1);
   const double alpha = 2.0, temperature = 0.02;
   process.set_model({alpha, 0, 1, 1, 0, Smoothness::kQuadratic});
   ThreadTeam alone(1);
@@ -151,9 +151,9 @@ TEST(Metropolis, NormalsFollowTheAcceptedMoves) {
   for (const auto& [name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
     const Topology topology = build_topology(mesh);
     Field field(mesh, topology);
-    const Coloring coloring = color_vertices(mesh, topology);
+    const Schedule schedule = schedule_vertices(mesh, topology);
     ThreadTeam team(2);
-    VertexProcess process(field, coloring, team.size());
+    VertexProcess process(field, schedule, team.size());
     process.set_model({0.5, 1, 0.5, 0.6, 0.5, Smoothness::kQuadratic});
     for (std::uint32_t sweep = 1; sweep <= 5; ++sweep) {
       process.sweep(CounterRandom(1, RandomStream::kVertexProcess), sweep, 0.1, 0.1, team);

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "core/mesh/mesh.h"
+#include "core/mesh/topology.h"
+
+namespace crease {
+
+/// The same mesh with vertices and faces numbered along a space-filling curve, so that what lies together on the
+/// surface lies together in memory. Scans often come in no order at all, and then every visit waits for main memory.
+struct Renumbering {
+  explicit Renumbering(const Mesh& mesh);
+
+  Mesh mesh;
+  std::vector<Index> new_vertex;  ///< per vertex of the given mesh
+  std::vector<Index> new_face;    ///< per face of the given mesh; corners keep their order
+};
+
+/// For every edge of `topology` the same edge in `renumbered`, the topology of `renumbering.mesh`.
+std::vector<Index> new_edges(const Renumbering& renumbering, const Topology& topology, const Topology& renumbered);
+
+}  // namespace crease

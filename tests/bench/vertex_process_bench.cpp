@@ -1,0 +1,89 @@
+#include <benchmark/benchmark.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "core/io/decode.h"
+#include "core/smooth/renumbering.h"
+#include "core/smooth/vertex_process.h"
+#include "tests/bench/textbook_sampler.h"
+#include "tests/support/meshes.h"
+
+namespace crease::bench {
+namespace {
+
+constexpr double kTemperature = 0.01, kStep = 0.08;
+constexpr EnergyModel kModel{0.5, 1.0, 0.8, 0.8, 0.2, Smoothness::kQuadratic};
+
+/// The noisy bunny where it is at hand, else a sphere of about as many vertices; edge length about one.
+const Mesh& bench_mesh() {
+  static const Mesh mesh = [] {
+    Mesh result = test::icosphere(6, 60);
+    if (const auto path = test::development_mesh("Bunny0.2/noisy.obj")) {
+      result = decode_mesh(test::read_file(*path), MeshFormat::kObj).mesh;
+      const double unit = mean_edge_length(result.positions, build_topology(result).edges);
+      for (Vec3& position : result.positions) position /= unit;
+    }
+    return result;
+  }();
+  return mesh;
+}
+
+/// The one-threaded textbook loop and the packed sampler in turn; `ratio` is between their rates, measured in one run.
+void ratio_to_textbook(benchmark::State& state) {
+  const Mesh& mesh = bench_mesh();
+  TextbookSampler textbook(to_openmesh(mesh), kModel.likelihood_weight);
+  const Renumbering renumbering(mesh);
+  const Topology topology = build_topology(renumbering.mesh);
+  Field field(renumbering.mesh, topology);
+  const Schedule schedule = schedule_vertices(renumbering.mesh, topology);
+  ThreadTeam team(1);
+  VertexProcess process(field, schedule, team.size());
+  const CounterRandom random(1, RandomStream::kVertexProcess);
+  std::uint32_t sweep = 0;
+  double textbook_seconds = 0, packed_seconds = 0;
+  const auto seconds_of = [](auto&& work) {
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  for (auto _ : state) {
+    textbook_seconds += seconds_of([&] { benchmark::DoNotOptimize(textbook.sweep(kTemperature, kStep)); });
+    packed_seconds += seconds_of([&] {
+      process.set_model(kModel);
+      benchmark::DoNotOptimize(process.sweep(random, ++sweep, kTemperature, kStep, team));
+    });
+  }
+  const auto proposals = static_cast<double>(state.iterations()) * static_cast<double>(mesh.positions.size());
+  state.counters["textbook_per_s"] = proposals / textbook_seconds;
+  state.counters["packed_per_s"] = proposals / packed_seconds;
+  state.counters["ratio"] = textbook_seconds / packed_seconds;
+}
+BENCHMARK(ratio_to_textbook)->Unit(benchmark::kMillisecond)->MinTime(5);
+
+/// Sweeps with one thread and with two in turn; `speedup` of the second, measured in one run.
+void speedup_of_second_thread(benchmark::State& state) {
+  const Mesh& mesh = bench_mesh();
+  const Renumbering renumbering(mesh);
+  const Topology topology = build_topology(renumbering.mesh);
+  Field field(renumbering.mesh, topology);
+  const Schedule schedule = schedule_vertices(renumbering.mesh, topology);
+  ThreadTeam one(1), two(2);
+  VertexProcess process(field, schedule, two.size());
+  process.set_model(kModel);
+  const CounterRandom random(1, RandomStream::kVertexProcess);
+  std::uint32_t sweep = 0;
+  std::array<double, 2> seconds{};
+  for (auto _ : state) {
+    for (const std::size_t i : {0U, 1U}) {
+      const auto start = std::chrono::steady_clock::now();
+      benchmark::DoNotOptimize(process.sweep(random, ++sweep, kTemperature, kStep, i == 0 ? one : two));
+      seconds[i] += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    }
+  }
+  state.counters["speedup"] = seconds[0] / seconds[1];
+}
+BENCHMARK(speedup_of_second_thread)->Unit(benchmark::kMillisecond)->MinTime(5);
+
+}  // namespace
+}  // namespace crease::bench
