@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <netdb.h>
 #include <netinet/tcp.h>
+#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -136,7 +137,11 @@ bool GuardedServer::process_and_close_socket(int socket) {
   GuardedStream stream(socket, options_.stream);
   switch (admit(socket)) {
     case Admission::kAdmitted:
-      converse(stream);
+      try {
+        converse(stream);
+      } catch (const std::exception& error) {
+        spdlog::error("a connection ended by an error: {}", error.what());
+      }
       release(socket);
       break;
     case Admission::kTooMany:
@@ -154,14 +159,18 @@ bool GuardedServer::process_and_close_socket(int socket) {
 void GuardedServer::converse(GuardedStream& stream) {
   while (stream.await_request()) {
     if (!set_active(stream.socket(), true)) return;
-    try {
-      const RequestHead head = stream.read_head();
-      if (!answer(stream, head)) return;
-    } catch (const crease::Error& error) {
-      refuse(stream, error);
-      return;
-    }
+    const auto head = head_or_refusal(stream);
+    if (!head || !answer(stream, *head)) return;
     if (!set_active(stream.socket(), false)) return;
+  }
+}
+
+std::optional<RequestHead> GuardedServer::head_or_refusal(GuardedStream& stream) {
+  try {
+    return stream.read_head();
+  } catch (const crease::Error& error) {
+    refuse(stream, error);
+    return std::nullopt;
   }
 }
 
@@ -192,8 +201,8 @@ void GuardedServer::refuse(GuardedStream& stream, const crease::Error& error) {
   stream.write(
       fmt::format("HTTP/1.1 {} {}\r\nContent-Type: application/problem+json\r\nContent-Length: {}\r\n"
                   "Connection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n"
-                  "X-Request-Id: {}\r\nServer: creased\r\n\r\n{}",
-                  kind.status, kind.title, body.size(), id, body));
+                  "X-Request-Id: {}\r\nServer: creased\r\n{}\r\n{}",
+                  kind.status, kind.title, body.size(), id, kind.status == 503 ? "Retry-After: 1\r\n" : "", body));
   std::string remote;
   int port = 0;
   stream.get_remote_ip_and_port(remote, port);
@@ -208,7 +217,11 @@ void GuardedServer::complete_headers(httplib::Response& response) const {
   auto& headers = response.headers;
   headers.erase("Keep-Alive");
   headers.erase("Connection");
-  if (exchange.close) headers.emplace("Connection", "close");
+  if (exchange.close) {
+    headers.emplace("Connection", "close");
+  } else if (exchange.head.version == "HTTP/1.0") {
+    headers.emplace("Connection", "keep-alive");
+  }
   if (response.status == 204 || response.status == 304) headers.erase("Content-Length");
   if (!response.content_provider_ && response.status != 416) headers.erase("Accept-Ranges");
   if (!response.has_header("Cache-Control")) headers.emplace("Cache-Control", "no-store");

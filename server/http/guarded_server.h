@@ -3,6 +3,7 @@
 #include <condition_variable>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <unordered_map>
 
@@ -68,6 +69,7 @@ class GuardedServer : public httplib::Server {
 
   bool process_and_close_socket(int socket) override;
   void converse(GuardedStream& stream);
+  std::optional<RequestHead> head_or_refusal(GuardedStream& stream);
   bool answer(GuardedStream& stream, const RequestHead& head);
   void refuse(GuardedStream& stream, const crease::Error& error);
   void complete_headers(httplib::Response& response) const;

@@ -1,7 +1,6 @@
 #include "server/http/jobs.h"
 
 #include "proto/convert.h"
-#include "server/log.h"
 
 namespace creased {
 namespace {
@@ -49,7 +48,6 @@ void cancel_job(Services& services, Call& call) {
   const auto job = services.store.cancel(call.id);
   if (!job) throw not_found(call.id);
   services.watcher.refresh(call.id);
-  log_event(spdlog::level::info, "job cancel requested", {{"job", call.id}, {"request", call.exchange.request_id}});
   call.response.status = is_terminal(job->state()) ? 200 : 202;
   call.response.set_content(job_json(*job), "application/json");
 }
@@ -58,7 +56,6 @@ void delete_job(Services& services, Call& call) {
   if (!services.store.remove(call.id)) throw not_found(call.id);
   services.watcher.refresh(call.id);
   services.metrics.forget(call.id);
-  log_event(spdlog::level::info, "job removed", {{"job", call.id}, {"request", call.exchange.request_id}});
   call.response.status = 204;
 }
 

@@ -8,7 +8,6 @@
 #include "proto/parameter_table.h"
 #include "server/http/file_name.h"
 #include "server/http/upload.h"
-#include "server/log.h"
 
 namespace creased {
 namespace {
@@ -90,8 +89,6 @@ void submit_job(Services& services, Call& call) {
   crease::v1::Job job = services.store.submit(new_job, created);
   if (created) {
     services.metrics.count_state(job);
-    log_event(spdlog::level::info, "job queued",
-              {{"job", job.id()}, {"request", call.exchange.request_id}, {"faces", job.input().faces()}});
   } else {
     call.response.set_header("Idempotent-Replayed", "true");
   }

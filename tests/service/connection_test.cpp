@@ -1,0 +1,234 @@
+#include "tests/service/service_fixture.h"
+
+namespace crease::test {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+/// Impatient, and with a small bound on uploads.
+class Connection : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    server_ = std::make_unique<ServerProcess>(
+        std::vector<std::string>{"--workers", "0", "--max-connections", "24", "--max-streams", "4", "--max-upload-mb",
+                                 "1", "--head-timeout", "0.5", "--body-timeout", "0.7", "--idle-timeout", "1.5"});
+  }
+  static void TearDownTestSuite() { server_.reset(); }
+  static int port() { return server_->port(); }
+  static RawResponse raw(const std::string& bytes) {
+    RawConnection connection(port());
+    connection.send(bytes);
+    return connection.receive();
+  }
+  static void expect_alive() { EXPECT_EQ(server_->get("/healthz").status, 200); }
+
+  static inline std::unique_ptr<ServerProcess> server_;
+};
+
+struct HeadCase {
+  std::string bytes;
+  int status;
+  std::string code;
+};
+
+TEST_F(Connection, RefusesHeadsThatTwoReadersCouldUnderstandDifferently) {
+  const std::string post = "POST /v1/jobs HTTP/1.1\r\nHost: x\r\n", get = "GET /healthz HTTP/1.1\r\n";
+  const std::vector<HeadCase> cases = {
+      {post + "Content-Length: 5\r\nContent-Length: 6\r\n\r\nhello", 400, "request_malformed"},
+      {post + "Content-Length: 5\r\nContent-Length: 5\r\n\r\nhello", 400, "request_malformed"},
+      {post + "Content-Length: 5\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400, "request_malformed"},
+      {post + "Content-Length: 5, 5\r\n\r\nhello", 400, "request_malformed"},
+      {post + "Content-Length: -5\r\n\r\nhello", 400, "request_malformed"},
+      {post + "Content-Length: +5\r\n\r\nhello", 400, "request_malformed"},
+      {post + "Content-Length: 5x\r\n\r\nhello", 400, "request_malformed"},
+      {post + "Content-Length: 99999999999999999999999\r\n\r\nhello", 400, "request_malformed"},
+      {post + "Content-Length:\r\n\r\nhello", 400, "request_malformed"},
+      {post + "Transfer-Encoding: gzip, chunked\r\n\r\n0\r\n\r\n", 501, "transfer_encoding_unsupported"},
+      {post + "Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 501,
+       "transfer_encoding_unsupported"},
+      {"POST /v1/jobs HTTP/1.0\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400, "request_malformed"},
+      {post + "Transfer-Encoding : chunked\r\n\r\n0\r\n\r\n", 400, "request_malformed"},
+      {get + "Host: x\r\n folded: y\r\n\r\n", 400, "request_malformed"},
+      {get + "Host: x\r\nNoColon\r\n\r\n", 400, "request_malformed"},
+      {get + "Host: x\r\nA: b\nC: d\r\n\r\n", 400, "request_malformed"},
+      {get + std::string("Host: x\r\nA: b\0c\r\n\r\n", 20), 400, "request_malformed"},
+      {get + "\r\n", 400, "request_malformed"},
+      {get + "Host: x\r\nHost: y\r\n\r\n", 400, "request_malformed"},
+      {"GET  /healthz HTTP/1.1\r\nHost: x\r\n\r\n", 400, "request_malformed"},
+      {"GET /healthz\r\nHost: x\r\n\r\n", 400, "request_malformed"},
+      {"GET /health\x80z HTTP/1.1\r\nHost: x\r\n\r\n", 400, "request_malformed"},
+      {"G@T /healthz HTTP/1.1\r\nHost: x\r\n\r\n", 400, "request_malformed"},
+      {"GET healthz HTTP/1.1\r\nHost: x\r\n\r\n", 400, "request_malformed"},
+      {"GET /healthz HTTP/2.0\r\nHost: x\r\n\r\n", 505, "http_version_unsupported"},
+      {"\x16\x03\x01 TLS is not spoken\r\n\r\n", 400, "request_malformed"},
+      {"GET /" + std::string(9'000, 'a') + " HTTP/1.1\r\nHost: x\r\n\r\n", 414, "uri_too_long"},
+      {get + "Host: x\r\nA: " + std::string(20'000, 'a') + "\r\n\r\n", 431, "headers_too_large"},
+  };
+  for (const auto& one : cases) {
+    SCOPED_TRACE(one.bytes.substr(0, 120));
+    const auto response = raw(one.bytes);
+    EXPECT_EQ(response.status, one.status);
+    EXPECT_EQ(response.code(), one.code);
+    EXPECT_EQ(response.header("connection"), "close");
+  }
+  std::string many = get + "Host: x\r\n";
+  for (int i = 0; i < 100; ++i) many += fmt::format("X-{}: y\r\n", i);
+  EXPECT_EQ(raw(many + "\r\n").code(), "headers_too_large");
+  expect_alive();
+}
+
+TEST_F(Connection, CutsHeadersThatTrickleIn) {
+  RawConnection connection(port());
+  connection.send("GET /healthz HTTP/1.1\r\nHost: x\r\n");
+  const auto start = std::chrono::steady_clock::now();
+  RawResponse response;
+  while (response.status == 0 && std::chrono::steady_clock::now() - start < seconds(5)) {
+    connection.send("X: y\r\n");
+    response = connection.receive(milliseconds(100));
+  }
+  EXPECT_EQ(response.code(), "request_timeout");
+  EXPECT_EQ(response.status, 408);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(2));
+  EXPECT_TRUE(connection.closed_within(seconds(4)));
+}
+
+TEST_F(Connection, CutsAHeaderWithoutEnd) {
+  RawConnection connection(port());
+  connection.send("GET /healthz HTTP/1.1\r\nX: ");
+  const std::string piece(64 * 1024, 'a');
+  for (int i = 0; i < 64 && connection.send(piece); ++i) {
+  }
+  EXPECT_EQ(connection.receive().code(), "headers_too_large");
+  EXPECT_TRUE(connection.closed_within(seconds(5)));
+  expect_alive();
+}
+
+TEST_F(Connection, CutsBodiesThatTrickleInOrStop) {
+  RawConnection slow(port());
+  slow.send("POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Type: model/obj\r\nContent-Length: 1000\r\n\r\n");
+  const auto start = std::chrono::steady_clock::now();
+  RawResponse response;
+  while (response.status == 0 && std::chrono::steady_clock::now() - start < seconds(6)) {
+    slow.send("v");
+    response = slow.receive(milliseconds(100));
+  }
+  EXPECT_EQ(response.code(), "request_timeout");
+  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(3));
+  EXPECT_TRUE(slow.closed_within(seconds(4)));
+}
+
+TEST_F(Connection, RefusesBodiesThatAreTooLargeOrShort) {
+  const std::string post = "POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Type: model/obj\r\n";
+  EXPECT_EQ(raw(post + "Content-Length: 2000000\r\n\r\nv").code(), "payload_too_large");
+  EXPECT_EQ(raw(post + "Transfer-Encoding: chunked\r\n\r\nfffffff\r\nv").code(), "payload_too_large");
+  EXPECT_EQ(raw("POST /v1/jobs/x/cancel HTTP/1.1\r\nHost: x\r\nContent-Length: 70000\r\n\r\nv").code(),
+            "payload_too_large");
+
+  RawConnection chunks(port());
+  chunks.send(post + "Transfer-Encoding: chunked\r\n\r\n");
+  const std::string chunk = "10000\r\n" + std::string(0x10000, ' ') + "\r\n";
+  for (int i = 0; i < 40 && chunks.send(chunk); ++i) {
+  }
+  EXPECT_EQ(chunks.receive().code(), "payload_too_large") << "counted over chunks";
+  expect_alive();
+}
+
+TEST_F(Connection, RefusesChunksThatAreMalformed) {
+  const std::string post =
+      "POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Type: model/obj\r\nTransfer-Encoding: chunked\r\n\r\n";
+  for (const std::string bad :
+       {"xyz\r\nv\r\n0\r\n\r\n", "3\r\nv 0XX0\r\n\r\n", "-1\r\nv\r\n0\r\n\r\n", "0x3\r\nv 0\r\n0\r\n\r\n",
+        "3\nv 0\r\n0\r\n\r\n", "fffffffffffffffff\r\nv\r\n", "\r\n\r\n"}) {
+    SCOPED_TRACE(bad);
+    const auto response = raw(post + bad);
+    EXPECT_EQ(response.status, 400);
+    EXPECT_EQ(response.code(), "body_incomplete");
+    EXPECT_EQ(response.header("connection"), "close");
+  }
+  EXPECT_EQ(raw(post + "1;" + std::string(400, 'e')).code(), "body_incomplete") << "an endless chunk extension";
+  std::string trailers = "0\r\n";
+  for (int i = 0; i < 100; ++i) trailers += "T: x\r\n";
+  EXPECT_EQ(raw(post + trailers).code(), "body_incomplete") << "endless trailers";
+}
+
+TEST_F(Connection, NeverRunsTheRestOfARefusedBodyAsARequest) {
+  const std::string hidden = "GET /v1/parameters HTTP/1.1\r\nHost: x\r\n\r\n";
+  for (const std::string start :
+       {"POST /nowhere HTTP/1.1\r\n", "POST /v1/jobs?nonsense=1 HTTP/1.1\r\n", "PUT /v1/jobs HTTP/1.1\r\n",
+        "POST /v1/jobs HTTP/1.1\r\nContent-Encoding: gzip\r\n", "POST /v1/jobs HTTP/1.1\r\nContent-Type: text/css\r\n",
+        "POST /v1/jobs HTTP/1.1\r\nContent-Type: multipart/form-data; boundary=b\r\n", "GET /healthz HTTP/1.1\r\n",
+        "DELETE /v1/jobs/nope HTTP/1.1\r\n"}) {
+    SCOPED_TRACE(start);
+    RawConnection connection(port());
+    connection.send(start + fmt::format("Host: x\r\nContent-Length: {}\r\n\r\n", hidden.size()) + hidden);
+    EXPECT_NE(connection.receive().status, 0);
+    const auto second = connection.receive(seconds(2));
+    EXPECT_EQ(second.status, 0) << second.body;
+  }
+}
+
+TEST_F(Connection, BoundsCompressedBodiesByNotTakingThem) {
+  for (const std::string encoding : {"gzip", "deflate", "br", "GZIP", "x-gzip"}) {
+    const auto response =
+        exchange(port(), "POST", "/v1/jobs", {{"Content-Encoding", encoding}}, std::string(1000, '\x1f'));
+    EXPECT_EQ(response.status, 415);
+    EXPECT_EQ(response.code(), "content_encoding_unsupported");
+  }
+  EXPECT_EQ(exchange(port(), "GET", "/v1/parameters", {{"Accept-Encoding", "gzip, br"}}).header("content-encoding"),
+            "");
+}
+
+TEST_F(Connection, ServesManyRequestsAndPipelines) {
+  RawConnection connection(port());
+  std::string requests;
+  for (int i = 0; i < 200; ++i) requests += raw_request("GET", "/healthz");
+  connection.send(requests);
+  for (int i = 0; i < 200; ++i) ASSERT_EQ(connection.receive().status, 200) << i;
+  connection.send(raw_request("GET", "/healthz", {{"Connection", "close"}}));
+  EXPECT_EQ(connection.receive().header("connection"), "close");
+  EXPECT_TRUE(connection.closed_within(seconds(1)));
+}
+
+TEST_F(Connection, EndsWhenItIsIdle) {
+  RawConnection used(port()), unused(port());
+  used.send(raw_request("GET", "/healthz"));
+  EXPECT_EQ(used.receive().status, 200);
+  EXPECT_TRUE(used.closed_within(seconds(4)));
+  EXPECT_TRUE(unused.closed_within(seconds(4)));
+}
+
+TEST_F(Connection, OverTheBoundIsRefusedAndOthersGoOn) {
+  RawConnection kept(port());
+  kept.send(raw_request("GET", "/healthz"));
+  ASSERT_EQ(kept.receive().status, 200);
+  std::vector<RawConnection> held;
+  for (int i = 0; i < 30; ++i) {
+    held.emplace_back(port());
+    held.back().send("GET /hea");
+  }
+  kept.send(raw_request("GET", "/healthz"));
+  EXPECT_EQ(kept.receive().status, 200);
+  int refused = 0;
+  for (auto& connection : held) {
+    const auto response = connection.receive();
+    if (response.code() == "request_timeout") continue;
+    ++refused;
+    EXPECT_EQ(response.status, 503);
+    EXPECT_EQ(response.code(), "too_many_connections");
+    EXPECT_EQ(response.header("retry-after"), "1");
+  }
+  EXPECT_EQ(refused, 30 + 1 - 24);
+  held.clear();
+  EXPECT_TRUE(eventually([] { return server_->get("/healthz").status == 200; }));
+}
+
+TEST_F(Connection, OfAnOldClientEndsAfterTheAnswer) {
+  RawConnection connection(port());
+  connection.send("GET /healthz HTTP/1.0\r\n\r\n");
+  EXPECT_EQ(connection.receive().status, 200);
+  EXPECT_TRUE(connection.closed_within(milliseconds(500)));
+}
+
+}  // namespace
+}  // namespace crease::test
