@@ -237,7 +237,7 @@ bool SqliteStore::put_back(const Claim& claim) {
     Query(*transaction,
           "UPDATE jobs SET state = iif(cancel_requested, 'cancelled', 'queued'),"
           " finished = iif(cancel_requested, ?1, NULL), started = iif(cancel_requested, started, NULL),"
-          " attempt = attempt - NOT cancel_requested, progress = iif(cancel_requested, progress, ?2),"
+          " attempt = attempt - iif(cancel_requested, 0, 1), progress = iif(cancel_requested, progress, ?2),"
           " lease_owner = NULL,"
           " version = (SELECT version FROM change_counter) WHERE id = ?3",
           now_ms(), Blob{progress}, claim.job_id)

@@ -6,6 +6,7 @@
 #include <sys/eventfd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <future>
@@ -147,7 +148,7 @@ class Supervisor::Impl {
     for (Post& post : posts_) {
       if (post.child) post.child->signal(SIGTERM);
     }
-    const auto deadline = Clock::now() + grace_;
+    const auto deadline = Clock::now() + grace_.load();
     for (Post& post : posts_) {
       if (!post.child) continue;
       const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
@@ -163,7 +164,7 @@ class Supervisor::Impl {
   mutable std::mutex mutex_;  // of the posts' children: the thread changes them, others look
   std::vector<Post> posts_;
   Descriptor wake_;
-  std::chrono::milliseconds grace_{0};
+  std::atomic<std::chrono::milliseconds> grace_{std::chrono::milliseconds(0)};
   std::thread thread_;
 };
 
