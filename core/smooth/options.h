@@ -22,7 +22,7 @@ struct SmoothOptions {
   std::uint32_t seed = 1;
   std::uint32_t threads = 0;  ///< 0: as many as the machine has; never changes the result
 
-  double likelihood_weight = 0.15;        ///< α at the end of the annealing
+  double likelihood_weight = 0.15;       ///< α at the end of the annealing
   double likelihood_weight_start = 3.0;  ///< α at the start
   Smoothness smoothness = Smoothness::kQuadratic;
   double smoothness_weight = 1.0;  ///< β
@@ -30,7 +30,7 @@ struct SmoothOptions {
   bool edge_process = true;  ///< false: all labels stay 0, the paper's model without ridges
   double sharpness_threshold = 46 * (std::numbers::pi / 180);  ///< φ₀
   double sharpness_weight = 0.6;                               ///< γ, per radian
-  double support_weight = 0.25;                                 ///< κ, relative to γ
+  double support_weight = 0.25;                                ///< κ, relative to γ
 
   double label_temperature_start = 0.3, label_temperature_end = 0.022;
   double vertex_temperature_start = 0.1, vertex_temperature_end = 0.0005;

@@ -23,9 +23,9 @@ struct NamedMesh {
 /// inconsistently wound, Möbius strip, tiny. Every property of meshes is tested over all of them.
 std::vector<NamedMesh> mesh_family();
 
-Mesh grid(int columns, int rows, double spacing = 1.0);          ///< flat, open, alternating diagonals
-Mesh icosphere(int subdivisions, double radius = 1.0);           ///< closed
-Mesh cube(int per_side, double side = 1.0);                      ///< closed, twelve straight ridges
+Mesh grid(int columns, int rows, double spacing = 1.0);              ///< flat, open, alternating diagonals
+Mesh icosphere(int subdivisions, double radius = 1.0);               ///< closed
+Mesh cube(int per_side, double side = 1.0);                          ///< closed, twelve straight ridges
 Mesh cylinder(int around, int along, double radius, double height);  ///< closed, two circular ridges
 Mesh mobius(int segments);
 
@@ -40,8 +40,8 @@ CadPart cad_part(int resolution);
 /// in ../shared/meshes; nullopt where it is not there.
 std::optional<std::filesystem::path> development_mesh(const std::string& relative);
 
-/// A noise-free model of Debian's libcgal-demo, e.g. "fandisk.off", unpacked once into the build tree; nullopt where the
-/// package is not installed.
+/// A noise-free model of Debian's libcgal-demo, e.g. "fandisk.off", unpacked once into the build tree; nullopt where
+/// the package is not installed.
 std::optional<std::filesystem::path> cgal_mesh(const std::string& name);
 
 std::string read_file(const std::filesystem::path& path);

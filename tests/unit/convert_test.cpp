@@ -71,8 +71,7 @@ TEST(ProgressMessage, SaysHowFarAndHowLongStill) {
   record.energy = {.likelihood = 1, .smoothness = 2, .sharpness = -4, .support = 0.5};
   record.vertex_temperature = 0.125;
   record.vertex_acceptance = 0.5;
-  const std::vector<double> labels;
-  const v1::Progress progress = to_message(SweepView{record, 100, 3.0, labels, {}});
+  const v1::Progress progress = to_message(SweepView{record, 100, 3.0, {}, {}});
   EXPECT_EQ(progress.fraction(), 0.25);
   EXPECT_EQ(progress.eta_seconds(), 9.0);
   EXPECT_EQ(progress.sweeps(), 100U);
