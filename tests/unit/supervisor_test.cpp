@@ -133,7 +133,8 @@ TEST(ChildProcessTest, AChildHoldsNoDescriptorOfItsParentAndHasDefaultSignals) {
   ::pthread_sigmask(SIG_BLOCK, &blocked, &former);
   ChildProcess child({.executable = "/bin/sleep", .arguments = {"1000"}});
   ::pthread_sigmask(SIG_SETMASK, &former, nullptr);
-  EXPECT_EQ(open_descriptors(child.id()), (std::set<int>{0, 1, 2}));
+  const std::set<int> standard{0, 1, 2};
+  EXPECT_TRUE(eventually([&] { return open_descriptors(child.id()) == standard; })) << "once its start is over";
   EXPECT_NE(::getpgid(child.id()), ::getpgid(0));
   EXPECT_FALSE(child.ended());
   child.signal(SIGTERM);
