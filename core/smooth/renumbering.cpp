@@ -77,4 +77,10 @@ std::vector<Index> new_edges(const Renumbering& renumbering, const Topology& top
   return edges;
 }
 
+void adopt_orientation(const Topology& topology, const std::vector<Index>& new_face, const std::vector<Index>& new_edge,
+                       Topology& renumbered) {
+  for (std::size_t f = 0; f < new_face.size(); ++f) renumbered.flipped[new_face[f]] = topology.flipped[f];
+  for (std::size_t e = 0; e < new_edge.size(); ++e) renumbered.edge_twisted[new_edge[e]] = topology.edge_twisted[e];
+}
+
 }  // namespace crease

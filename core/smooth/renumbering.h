@@ -20,4 +20,9 @@ struct Renumbering {
 /// For every edge of `topology` the same edge in `renumbered`, the topology of `renumbering.mesh`.
 std::vector<Index> new_edges(const Renumbering& renumbering, const Topology& topology, const Topology& renumbered);
 
+/// Turns faces and twists edges of `renumbered` as `topology` does: which edge of a Möbius strip is twisted is a choice
+/// that numbering must not change.
+void adopt_orientation(const Topology& topology, const std::vector<Index>& new_face, const std::vector<Index>& new_edge,
+                       Topology& renumbered);
+
 }  // namespace crease

@@ -136,8 +136,9 @@ class Annealing {
 SmoothResult smooth(const Mesh& measured, const Topology& topology, const SmoothOptions& options, RunContext& context) {
   const auto start = std::chrono::steady_clock::now();
   const Renumbering renumbering(measured);
-  const Topology renumbered = build_topology(renumbering.mesh);
+  Topology renumbered = build_topology(renumbering.mesh);
   const std::vector<Index> edges = new_edges(renumbering, topology, renumbered);
+  adopt_orientation(topology, renumbering.new_face, edges, renumbered);
   Annealing annealing(renumbering.mesh, renumbered, options);
   const auto positions = [&] { return gathered(annealing.positions(), renumbering.new_vertex); };
 

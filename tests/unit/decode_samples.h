@@ -41,7 +41,12 @@ inline void append_floats(std::string& out, const Vec3& p, bool big_endian = fal
 
 /// The mesh with coordinates that a float holds, since several formats have no others.
 inline Mesh in_single_precision(Mesh mesh) {
-  for (Vec3& p : mesh.positions) p = p.cast<float>().cast<double>();
+  for (Vec3& p : mesh.positions) {
+    for (double& coordinate : p) {
+      const volatile auto single = static_cast<float>(coordinate);  // gcc 12 at -O3 drops the rounding otherwise
+      coordinate = static_cast<double>(single);
+    }
+  }
   return mesh;
 }
 

@@ -111,8 +111,8 @@ TEST(Metropolis, TwoCoupledLabelsFollowTheGibbsDistribution) {
   const CounterRandom random(6, RandomStream::kEdgeProcess);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     process.sweep(schedule, random, static_cast<std::uint32_t>(sweep), temperature, alone);
-    sampled_mean += field.labels[coloring.sites[0]];
-    sampled_product += field.labels[coloring.sites[0]] * field.labels[coloring.sites[1]];
+    sampled_mean += field.labels[schedule.sites[0]];
+    sampled_product += field.labels[schedule.sites[0]] * field.labels[schedule.sites[1]];
   }
   EXPECT_NEAR(sampled_mean / kSweeps, mean / weight, 0.01);
   EXPECT_NEAR(sampled_product / kSweeps, product / weight, 0.01);

@@ -90,7 +90,9 @@ TEST(Schedule, VerticesOfARunAreNoNeighbours) {
       for (std::size_t i = schedule.runs[run]; i < schedule.runs[run + 1]; ++i) run_of[schedule.sites[i]] = run;
     }
     const auto expect_different = [&, &label = name](Index a, Index b) {
-      if (a != b) EXPECT_NE(run_of[a], run_of[b]) << label;
+      if (a != b) {
+        EXPECT_NE(run_of[a], run_of[b]) << label;
+      }
     };
     for (const auto& [a, b, c] : mesh.triangles) {
       expect_different(a, b);

@@ -60,12 +60,16 @@ TEST(Smooth, EveryMeshOfTheFamilyComesBackFiniteWithLabelsFromZeroToOne) {
     ASSERT_EQ(result.labels.size(), topology.edges.size()) << name;
     for (std::size_t v = 0; v < result.positions.size(); ++v) {
       EXPECT_TRUE(result.positions[v].allFinite()) << name;
-      if (topology.vertex_faces[v].empty()) EXPECT_EQ(result.positions[v], mesh.positions[v]) << name;
+      if (topology.vertex_faces[v].empty()) {
+        EXPECT_EQ(result.positions[v], mesh.positions[v]) << name;
+      }
     }
     for (std::size_t e = 0; e < result.labels.size(); ++e) {
       EXPECT_GE(result.labels[e], 0) << name;
       EXPECT_LE(result.labels[e], 1) << name;
-      if (!topology.is_interior(e)) EXPECT_EQ(result.labels[e], 0) << name;
+      if (!topology.is_interior(e)) {
+        EXPECT_EQ(result.labels[e], 0) << name;
+      }
     }
   }
 }
