@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the tests: tests/run.sh [STEP…]
-# Without a step all of them run but asan and bench; each runs even when an earlier one failed, unless the build did.
+# Without a step all of them run but tidy, asan and bench; each runs even when an earlier one failed, unless the build did.
 #   build     the release preset, tests and benchmarks included
 #   unit service quality   the rooms of tests under ctest
 #   gltf      results of the command line through the Khronos validator
-#   lint      formatting, clang-tidy, shellcheck
+#   lint      formatting and shellcheck
+#   tidy      the same and clang-tidy
 #   asan      the unit tests under AddressSanitizer and UndefinedBehaviorSanitizer
 #   bench     proposals per second, against a textbook loop
 set -euo pipefail
@@ -42,6 +43,7 @@ run_gltf() {
 }
 
 run_lint() { tests/lint.sh; }
+run_tidy() { tests/lint.sh tidy; }
 
 run_asan() {
   cmake --preset asan
