@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/io/encode.h"
 #include "core/smooth/edge_process.h"
 #include "core/smooth/field.h"
 #include "core/smooth/renumbering.h"
@@ -107,8 +108,8 @@ class Annealing {
 
   void measure(SweepRecord& record) {
     record.energy = energy(field_, terms_, final_model_, team_);
-    record.ridge_edges =
-        static_cast<std::uint32_t>(std::ranges::count_if(field_.labels, [](double label) { return label >= 0.5; }));
+    record.ridge_edges = static_cast<std::uint32_t>(
+        std::ranges::count_if(field_.labels, [](double label) { return label >= kRidgeThreshold; }));
     double squares = 0;
     for (std::size_t v = 0; v < field_.positions.size(); ++v) {
       squares += (field_.positions[v] - field_.measured[v]).squaredNorm();
