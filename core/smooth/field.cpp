@@ -9,32 +9,17 @@ namespace {
 
 constexpr std::size_t kBlock = 4096;
 
-/// Angle of a rotation by its cosine: sqrt(1 − x) times a polynomial, within 2·10⁻⁸ rad [Abramowitz & Stegun 4.4.46].
-double angle_of_cosine(double cosine) {
+/// Angle between unit vectors by the square of their difference, which is exact where a cosine is not: near zero.
+/// arccos x = sqrt(1 − x) times a polynomial, within 2·10⁻⁸ rad [Abramowitz & Stegun 4.4.46].
+double angle_of_chord(double square) {
+  const double cosine = 1 - square / 2;
   const double x = std::min(std::abs(cosine), 1.0);
   double p = -0.0012624911;
   for (const double coefficient :
        {0.0066700901, -0.0170881256, 0.0308918810, -0.0501743046, 0.0889789874, -0.2145988016, 1.5707963050}) {
     p = p * x + coefficient;
   }
-  const double angle = std::sqrt(1 - x) * p;
-  return cosine < 0 ? std::numbers::pi - angle : angle;
-}
-
-/// Sums `term(i)` over [0, count) block by block, so that the order of additions does not depend on the threads.
-template <typename Value, typename Term>
-Value block_sum(std::size_t count, ThreadTeam& team, Term term) {
-  std::vector<Value> sums((count + kBlock - 1) / kBlock, Value{});
-  team.run(sums.size(), 1, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t block = begin; block < end; ++block) {
-      Value sum{};
-      for (std::size_t i = block * kBlock; i < std::min(count, (block + 1) * kBlock); ++i) sum += term(i);
-      sums[block] = sum;
-    }
-  });
-  Value total{};
-  for (const Value& sum : sums) total += sum;
-  return total;
+  return cosine < 0 ? std::numbers::pi - std::sqrt(1 - x) * p : std::sqrt(square / 2) * p;
 }
 
 struct EdgeSums {
@@ -66,10 +51,12 @@ Field::Field(const Mesh& mesh, const Topology& mesh_topology) : topology(mesh_to
   for (std::size_t f = 0; f < faces.size(); ++f) normals[f] = face_normal(f);
 }
 
-Vec3 Field::face_normal(std::size_t face) const {
+UnitNormal Field::face_normal(std::size_t face) const {
   const auto [a, b, c] = faces[face];
   const Vec3 cross = (positions[b] - positions[a]).cross(positions[c] - positions[a]);
-  return cross * (1 / std::sqrt(cross.squaredNorm() + kNoArea));
+  UnitNormal normal = UnitNormal::Zero();
+  normal.head<3>() = (cross * (1 / std::sqrt(cross.squaredNorm() + static_cast<double>(kNoArea)))).cast<float>();
+  return normal;
 }
 
 void Field::update_normals(ThreadTeam& team) {
@@ -98,10 +85,11 @@ void EdgeTerms::update(const Field& field, Smoothness smoothness, ThreadTeam& te
       const double length = along.norm();
       direction[e] = length > 0 ? Vec3(along / length) : Vec3::Zero();
       if (!topology.is_interior(e)) continue;
-      const Vec3& n0 = field.normals[topology.edge_faces[e][0]];
-      const Vec3& n1 = field.normals[topology.edge_faces[e][1]];
-      potential[e] = smoothness_potential(smoothness, (n0 - n1).squaredNorm());
-      if (!n0.isZero(0) && !n1.isZero(0)) angle[e] = angle_of_cosine(n0.dot(n1));
+      const UnitNormal& n0 = field.normals[topology.edge_faces[e][0]];
+      const UnitNormal& n1 = field.normals[topology.edge_faces[e][1]];
+      const double difference = static_cast<double>((n0 - n1).squaredNorm());
+      potential[e] = smoothness_potential(smoothness, difference);
+      if (!n0.isZero(0) && !n1.isZero(0)) angle[e] = angle_of_chord(difference);
     }
   });
   label_sum.resize(field.positions.size());

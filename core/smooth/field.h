@@ -5,6 +5,7 @@
 
 #include "core/mesh/mesh.h"
 #include "core/mesh/topology.h"
+#include "core/smooth/lanes.h"
 #include "core/smooth/options.h"
 #include "core/smooth/smooth.h"
 #include "core/smooth/thread_team.h"
@@ -26,11 +27,17 @@ struct EnergyModel {
 
 /// Added to the squared length of a normal before its root, so that a face without area gets the normal zero without a
 /// branch. Far below the square of any area in units of the mean edge length.
-inline constexpr double kNoArea = 1e-200;
+inline constexpr float kNoArea = 1e-30F;
+
+/// (x, y, z, 0): single precision suffices for a unit vector, and four of them are one aligned load.
+using UnitNormal = Eigen::Vector4f;
 
 /// ρ of two normals that differ by `squared_difference` = ‖n_i − n_j‖² (§3.2).
-inline double smoothness_potential(Smoothness smoothness, double squared_difference) {
-  return smoothness == Smoothness::kQuadratic ? squared_difference : std::sqrt(std::max(squared_difference, 0.0));
+template <typename Number>
+CREASE_LANES_INLINE Number smoothness_potential(Smoothness smoothness, const Number& squared_difference) {
+  using crease::sqrt;
+  using std::sqrt;
+  return smoothness == Smoothness::kQuadratic ? squared_difference : sqrt(squared_difference);
 }
 
 /// The sites and labels of the coupled Markov random field, in units of the mean edge length of the measured mesh and
@@ -42,12 +49,12 @@ struct Field {
   double unit = 1;  ///< mean edge length of the measured mesh
   Vec3 origin = Vec3::Zero();
   std::vector<Triangle> faces;
-  std::vector<Vec3> measured;   ///< v⁰
-  std::vector<Vec3> positions;  ///< v
-  std::vector<Vec3> normals;    ///< unit, per face; zero for a face without area
-  std::vector<double> labels;   ///< ε, per edge; 0 where the edge is not interior
+  std::vector<Vec3> measured;       ///< v⁰
+  std::vector<Vec3> positions;      ///< v
+  std::vector<UnitNormal> normals;  ///< per face; zero for a face without area
+  std::vector<double> labels;       ///< ε, per edge; 0 where the edge is not interior
 
-  Vec3 face_normal(std::size_t face) const;
+  UnitNormal face_normal(std::size_t face) const;
   void update_normals(ThreadTeam& team);
   /// Positions in the units of the upload; vertices that did not move come back exactly.
   std::vector<Vec3> upload_positions(const Mesh& mesh) const;

@@ -12,13 +12,13 @@ struct Corner {
   Index edge_b = kNone, rim = kNone, edge_c = kNone;
 };
 
-/// Builds the lanes of one vertex after another; scratch is kept between them.
+/// Builds the blocks of one vertex after another; scratch is kept between them.
 class RingBuilder {
  public:
   RingBuilder(const Field& field, Index no_edge)
       : field_(field), topology_(field.topology), no_edge_(no_edge), place_(field.faces.size(), 0) {}
 
-  void append(Index vertex, std::vector<Rings::Lane>& lanes) {
+  void append(Index vertex, std::vector<Rings::Block>& blocks) {
     const auto ring = topology_.vertex_faces[vertex];
     corners_.clear();
     for (const Index face : ring) {
@@ -28,10 +28,10 @@ class RingBuilder {
     used_.assign(corners_.size(), 0);
     // Open fans first, each from its beginning; what is left is closed.
     for (std::size_t i = 0; i < corners_.size(); ++i) {
-      if (used_[i] == 0 && across(corners_[i], corners_[i].edge_b) == kNone) append_fan(i, lanes);
+      if (used_[i] == 0 && across(corners_[i], corners_[i].edge_b) == kNone) append_fan(i, blocks);
     }
     for (std::size_t i = 0; i < corners_.size(); ++i) {
-      if (used_[i] == 0) append_fan(i, lanes);
+      if (used_[i] == 0) append_fan(i, blocks);
     }
   }
 
@@ -60,37 +60,51 @@ class RingBuilder {
     return f0 == corner.face ? f1 : f0;
   }
 
-  Rings::Lane lane_of(const Corner& corner, Index spoke) const {
-    const Index outer = across(corner, corner.rim);
-    return {corner.b, corner.face, outer != kNone ? outer : corner.face, outer != kNone ? corner.rim : no_edge_, spoke};
-  }
-
-  void append_fan(std::size_t first, std::vector<Rings::Lane>& lanes) {
-    const std::size_t copy_of_last = lanes.size();
-    const bool closed = across(corners_[first], corners_[first].edge_b) != kNone;
-    if (closed) lanes.emplace_back();
-    Index spoke = closed ? corners_[first].edge_b : no_edge_;
-    std::size_t i = first;
-    for (;;) {
+  void append_fan(std::size_t first, std::vector<Rings::Block>& blocks) {
+    fan_.clear();
+    for (std::size_t i = first;;) {
       used_[i] = 1;
-      lanes.push_back(lane_of(corners_[i], spoke));
-      spoke = corners_[i].edge_c;
-      const Index next = across(corners_[i], spoke);
+      fan_.push_back(corners_[i]);
+      const Index next = across(corners_[i], corners_[i].edge_c);
       if (next == kNone || used_[place_[next]] != 0) break;
       i = place_[next];
     }
-    if (closed) {
-      lanes[copy_of_last] = lane_of(corners_[i], no_edge_);
-      lanes[copy_of_last].rim_edge = no_edge_;
+    const bool closed = across(fan_[0], fan_[0].edge_b) != kNone;
+    for (std::size_t begin = 0; begin < fan_.size(); begin += Rings::kFaces) {
+      const Corner* const before = begin > 0 ? &fan_[begin - 1] : closed ? &fan_.back() : nullptr;
+      blocks.push_back(block_of({&fan_[begin], std::min(Rings::kFaces, fan_.size() - begin)}, before));
     }
-    lanes.push_back({corners_[i].c, kNone, corners_[i].face, no_edge_, no_edge_});
+  }
+
+  Rings::Block block_of(std::span<const Corner> corners, const Corner* before) const {
+    Rings::Block block;
+    block.face_count = static_cast<Index>(corners.size());
+    block.rim_edges.fill(no_edge_);
+    block.spoke_edges.fill(no_edge_);
+    block.points.fill(corners.back().c);
+    block.faces.fill(corners.back().face);
+    block.outer_faces.fill(corners.back().face);
+    block.points[0] = before != nullptr ? before->b : corners[0].b;
+    if (before != nullptr) block.faces[0] = before->face;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      const std::size_t lane = k + 1;
+      block.points[lane] = corners[k].b;
+      block.faces[lane] = corners[k].face;
+      const Index outer = across(corners[k], corners[k].rim);
+      if (outer != kNone) {
+        block.outer_faces[lane] = outer;
+        block.rim_edges[lane] = corners[k].rim;
+      }
+      if (lane > 1 || before != nullptr) block.spoke_edges[lane] = corners[k].edge_b;
+    }
+    return block;
   }
 
   const Field& field_;
   const Topology& topology_;
   Index no_edge_;
   std::vector<std::size_t> place_;  ///< of a face among the corners at hand
-  std::vector<Corner> corners_;
+  std::vector<Corner> corners_, fan_;
   std::vector<std::uint8_t> used_;
 };
 
@@ -99,10 +113,10 @@ class RingBuilder {
 Rings::Rings(const Field& field, const Schedule& schedule)
     : starts(1, 0), no_edge(static_cast<Index>(field.topology.edges.size())) {
   RingBuilder builder(field, no_edge);
-  lanes.reserve(4 * field.faces.size() + schedule.sites.size());
+  blocks.reserve(schedule.sites.size() * 3 / 2);
   for (const Index vertex : schedule.sites) {
-    builder.append(vertex, lanes);
-    starts.push_back(lanes.size());
+    builder.append(vertex, blocks);
+    starts.push_back(blocks.size());
     longest = std::max(longest, starts.back() - starts[starts.size() - 2]);
   }
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11,28 +12,34 @@ namespace crease {
 
 /// What the vertex process needs to see round each vertex (§3.2, Fig. 1), laid out in the order of the visits.
 ///
-/// The faces at a vertex form fans. A fan is a run of lanes; lane k holds the ring's k-th point and the face between it
-/// and the point of lane k + 1. A closed fan begins with a copy of its last face, so that every pair of neighbouring
-/// faces is a pair of neighbouring lanes. Then a visit is a few straight loops without a branch.
+/// The faces at a vertex form fans, and a fan is cut into blocks of up to six faces. Lanes 1 to 6 of a block hold the
+/// block's faces in the order of turning; lane k also holds the ring's point between the faces of lanes k − 1 and k.
+/// Lane 0 repeats the face before, lane 7 has a point only, so that a block needs nothing of its neighbours and a visit
+/// is straight code without a branch. Unused lanes repeat what is there, with edges that weigh nothing.
 struct Rings {
-  struct Lane {
-    Index point = kNone;
-    Index face = kNone;        ///< kNone: no face between this point and the next
-    Index outer_face = 0;      ///< beyond the rim edge, facing the vertex
-    Index rim_edge = kNone;    ///< between the lane's two points; `no_edge` where the prior has no term
-    Index spoke_edge = kNone;  ///< between the faces of the lane before and of this one; `no_edge` likewise
+  static constexpr std::size_t kLanes = 8;
+  static constexpr std::size_t kFaces = kLanes - 2;
+
+  struct Block {
+    std::array<Index, kLanes> points{};
+    std::array<Index, kLanes> faces{};        ///< between this point and the next
+    std::array<Index, kLanes> outer_faces{};  ///< beyond the rim edge, facing the vertex
+    std::array<Index, kLanes> rim_edges{};    ///< `no_edge` where the prior has no term
+    std::array<Index, kLanes>
+        spoke_edges{};     ///< between the faces of the lane before and of this one; `no_edge` likewise
+    Index face_count = 0;  ///< lanes 1 to face_count are the block's own
   };
 
   Rings(const Field& field, const Schedule& schedule);
 
-  std::span<const Lane> operator[](std::size_t slot) const {
-    return {lanes.data() + starts[slot], lanes.data() + starts[slot + 1]};
+  std::span<const Block> operator[](std::size_t slot) const {
+    return {blocks.data() + starts[slot], blocks.data() + starts[slot + 1]};
   }
 
-  std::vector<Lane> lanes;
+  std::vector<Block> blocks;
   std::vector<std::size_t> starts;  ///< per site of the schedule
-  std::size_t longest = 0;
-  Index no_edge = 0;  ///< one past the last edge
+  std::size_t longest = 0;          ///< blocks of a vertex
+  Index no_edge = 0;                ///< one past the last edge
 };
 
 }  // namespace crease

@@ -82,7 +82,7 @@ class Annealing {
           edges.sweep(edge_schedule_, edge_random_, index, record.label_temperature, team_).acceptance();
       if (time >= kAverageFrom) average_labels();
     }
-    vertex_process_.set_model(model);
+    vertex_process_.set_model(model, team_);
     record.vertex_acceptance =
         vertex_process_.sweep(vertex_random_, index, record.vertex_temperature, step_, team_).acceptance();
     adapt_step(record.vertex_acceptance);
@@ -97,7 +97,9 @@ class Annealing {
  private:
   void average_labels() {
     label_sums_.resize(field_.labels.size(), 0);
-    for (std::size_t e = 0; e < label_sums_.size(); ++e) label_sums_[e] += field_.labels[e];
+    team_.run(label_sums_.size(), 8192, [&](std::size_t begin, std::size_t end, std::size_t) {
+      for (std::size_t e = begin; e < end; ++e) label_sums_[e] += field_.labels[e];
+    });
     ++averaged_sweeps_;
   }
 
@@ -108,12 +110,11 @@ class Annealing {
 
   void measure(SweepRecord& record) {
     record.energy = energy(field_, terms_, final_model_, team_);
-    record.ridge_edges = static_cast<std::uint32_t>(
-        std::ranges::count_if(field_.labels, [](double label) { return label >= kRidgeThreshold; }));
-    double squares = 0;
-    for (std::size_t v = 0; v < field_.positions.size(); ++v) {
-      squares += (field_.positions[v] - field_.measured[v]).squaredNorm();
-    }
+    record.ridge_edges = block_sum<std::uint32_t>(
+        field_.labels.size(), team_, [&](std::size_t e) { return field_.labels[e] >= kRidgeThreshold ? 1U : 0U; });
+    const auto squares = block_sum<double>(field_.positions.size(), team_, [&](std::size_t v) {
+      return (field_.positions[v] - field_.measured[v]).squaredNorm();
+    });
     record.rms_displacement = std::sqrt(squares / static_cast<double>(field_.positions.size()));
   }
 

@@ -29,6 +29,7 @@ std::uint32_t wait_for_change(const std::atomic<std::uint32_t>& value, std::uint
 
 ThreadTeam::ThreadTeam(std::uint32_t threads) {
   const std::size_t wanted = threads != 0 ? threads : std::max(1U, std::thread::hardware_concurrency());
+  shares_ = std::vector<Share>(wanted);
   for (std::size_t thread = 1; thread < wanted; ++thread) {
     helpers_.emplace_back([this, thread] { help(thread); });
   }
@@ -46,9 +47,11 @@ void ThreadTeam::run(std::size_t count, std::size_t chunk, const Body& body) {
     return;
   }
   body_ = &body;
-  count_ = count;
   chunk_ = chunk;
-  next_.store(0, std::memory_order_relaxed);
+  for (std::size_t thread = 0; thread < shares_.size(); ++thread) {
+    shares_[thread].next.store(count * thread / shares_.size(), std::memory_order_relaxed);
+    shares_[thread].end = count * (thread + 1) / shares_.size();
+  }
   busy_.store(static_cast<std::uint32_t>(helpers_.size()), std::memory_order_relaxed);
   generation_.fetch_add(1, std::memory_order_release);
   generation_.notify_all();
@@ -69,10 +72,13 @@ void ThreadTeam::help(std::size_t thread) {
 }
 
 void ThreadTeam::take_chunks(std::size_t thread) {
-  for (;;) {
-    const std::size_t begin = next_.fetch_add(chunk_, std::memory_order_relaxed);
-    if (begin >= count_) return;
-    (*body_)(begin, std::min(begin + chunk_, count_), thread);
+  for (std::size_t turn = 0; turn < shares_.size(); ++turn) {
+    Share& share = shares_[(thread + turn) % shares_.size()];
+    for (;;) {
+      const std::size_t begin = share.next.fetch_add(chunk_, std::memory_order_relaxed);
+      if (begin >= share.end) break;
+      (*body_)(begin, std::min(begin + chunk_, share.end), thread);
+    }
   }
 }
 

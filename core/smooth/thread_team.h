@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -10,7 +11,7 @@
 namespace crease {
 
 /// A few threads that run one loop after another with little delay between them: a sweep is a dozen short loops, one
-/// for each colour.
+/// for each phase.
 class ThreadTeam {
  public:
   /// `threads` counts the calling thread; 0 means as many as the machine has.
@@ -21,8 +22,9 @@ class ThreadTeam {
 
   std::size_t size() const { return helpers_.size() + 1; }
 
-  /// Calls `body(begin, end, thread)` over [0, count) in chunks; returns when all are done. `body` must not throw, and
-  /// its effect must not depend on which thread takes which chunk.
+  /// Calls `body(begin, end, thread)` over [0, count) in chunks; returns when all are done. Every thread begins in a
+  /// share of its own, the same from loop to loop, so that what it works on stays in its cache; whoever is done helps
+  /// the others. `body` must not throw, and its effect must not depend on which thread takes which chunk.
   using Body = std::function<void(std::size_t begin, std::size_t end, std::size_t thread)>;
   void run(std::size_t count, std::size_t chunk, const Body& body);
 
@@ -30,13 +32,35 @@ class ThreadTeam {
   void help(std::size_t thread);
   void take_chunks(std::size_t thread);
 
+  struct alignas(64) Share {
+    std::atomic<std::size_t> next{0};
+    std::size_t end = 0;
+  };
+
   const Body* body_ = nullptr;
-  std::size_t count_ = 0, chunk_ = 1;
-  std::atomic<std::size_t> next_{0};
+  std::size_t chunk_ = 1;
+  std::vector<Share> shares_;  ///< one for each thread
   std::atomic<std::uint32_t> generation_{0};
   std::atomic<std::uint32_t> busy_{0};
   bool stopping_ = false;
   std::vector<std::jthread> helpers_;
 };
+
+/// Σ `term(i)` over [0, count), block by block, so that the order of additions does not depend on the threads.
+template <typename Value, typename Term>
+Value block_sum(std::size_t count, ThreadTeam& team, Term term) {
+  constexpr std::size_t kBlock = 4096;
+  std::vector<Value> sums((count + kBlock - 1) / kBlock, Value{});
+  team.run(sums.size(), 1, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t block = begin; block < end; ++block) {
+      Value sum{};
+      for (std::size_t i = block * kBlock; i < std::min(count, (block + 1) * kBlock); ++i) sum += term(i);
+      sums[block] = sum;
+    }
+  });
+  Value total{};
+  for (const Value& sum : sums) total += sum;
+  return total;
+}
 
 }  // namespace crease

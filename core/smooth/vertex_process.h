@@ -1,6 +1,7 @@
 #pragma once
 
-#include <memory>
+#include <array>
+#include <span>
 #include <vector>
 
 #include "core/smooth/field.h"
@@ -19,7 +20,7 @@ class VertexProcess {
   ~VertexProcess();
 
   /// Takes over the weights and the field's labels for the proposals that follow.
-  void set_model(const EnergyModel& model);
+  void set_model(const EnergyModel& model, ThreadTeam& team);
 
   /// E with the vertex of `slot` (a place in the schedule) at `position` minus E now.
   double delta_energy(std::size_t slot, const Vec3& position);
@@ -32,14 +33,24 @@ class VertexProcess {
  private:
   class Visit;  // one vertex lifted out of the field
 
-  double propose(Visit& visit, std::size_t slot, const CounterRandom::Words& words, double step) const;
+  /// Sites of a run are independent, so this many proposals are computed before the first is decided: a decision is a
+  /// coin toss that no processor predicts, and waiting for each would leave it idle.
+  static constexpr std::size_t kBatch = 8;
+  struct Batch {
+    std::size_t count = 0;
+    std::array<double, kBatch> delta{};
+    std::array<std::uint32_t, kBatch> word{};
+  };
+
+  void propose_batch(std::span<Visit, kBatch> visits, std::size_t first, const CounterRandom& random,
+                     std::uint32_t sweep_index, double step, Batch& batch) const;
 
   Field& field_;
   const Schedule& schedule_;
   Rings rings_;
   EnergyModel model_;
-  std::vector<double> smoothing_;  ///< 1 − ε per interior edge, 0 for the others and for Rings::no_edge
-  std::vector<Visit> visits_;      ///< a batch for each thread
+  std::vector<float> smoothing_;  ///< 1 − ε per interior edge, 0 for the others and for Rings::no_edge
+  std::vector<Visit> visits_;     ///< a batch for each thread
 };
 
 }  // namespace crease

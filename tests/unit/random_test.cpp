@@ -34,6 +34,15 @@ TEST(CounterRandom, EverySiteSweepDrawStreamAndSeedHasWordsOfItsOwn) {
   EXPECT_EQ(seen.size(), 2U * 3U * 10U * 10U * 2U);
 }
 
+TEST(CounterRandom, ManySitesAtOnceGetTheWordsOfEach) {
+  const CounterRandom random(3, RandomStream::kVertexProcess);
+  const std::array<std::uint32_t, 8> sites{0, 7, 1, 1000, 0xffffffff, 5, 5, 42};
+  const auto words = random(17, sites);
+  for (std::size_t k = 0; k < sites.size(); ++k) {
+    EXPECT_EQ((Words{words[0][k], words[1][k], words[2][k], words[3][k]}), random(17, sites[k]));
+  }
+}
+
 TEST(CounterRandom, UnitNumbersStayInsideTheirInterval) {
   EXPECT_GT(CounterRandom::unit(0), 0.0);
   EXPECT_LT(CounterRandom::unit(0xffffffff), 1.0);

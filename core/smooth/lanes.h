@@ -1,0 +1,102 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+namespace crease {
+
+/// Eight numbers that are worked on at once; arithmetic and comparison go lane by lane. A function marked
+/// CREASE_WIDE_CLONES is compiled once for wide registers and once without, and the machine chooses. Both give the same
+/// bits: neither fuses a multiplication with an addition.
+using Lanes [[gnu::vector_size(32)]] = float;
+using HalfLanes [[gnu::vector_size(16)]] = float;
+
+// The choice happens before a sanitizer is ready for it.
+#if defined(__x86_64__) && defined(__ELF__) && !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__)
+#define CREASE_WIDE_CLONES [[gnu::target_clones("avx2", "default"), gnu::flatten]]
+#else
+#define CREASE_WIDE_CLONES
+#endif
+
+#define CREASE_LANES_INLINE [[gnu::always_inline]] inline
+
+CREASE_LANES_INLINE HalfLanes low(const Lanes& x) { return __builtin_shufflevector(x, x, 0, 1, 2, 3); }
+CREASE_LANES_INLINE HalfLanes high(const Lanes& x) { return __builtin_shufflevector(x, x, 4, 5, 6, 7); }
+CREASE_LANES_INLINE Lanes joined(const HalfLanes& low, const HalfLanes& high) {
+  return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+
+/// Four numbers from memory.
+CREASE_LANES_INLINE HalfLanes load(const float* numbers) {
+  HalfLanes result;
+  std::memcpy(&result, numbers, sizeof result);
+  return result;
+}
+
+CREASE_LANES_INLINE HalfLanes sqrt(const HalfLanes& x) {
+#if defined(__SSE2__)
+  return _mm_sqrt_ps(x);
+#else
+  return HalfLanes{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
+#endif
+}
+CREASE_LANES_INLINE Lanes sqrt(const Lanes& x) { return joined(sqrt(low(x)), sqrt(high(x))); }
+
+CREASE_LANES_INLINE float sum(const Lanes& x) {
+  const HalfLanes halves = low(x) + high(x);
+  return (halves[0] + halves[1]) + (halves[2] + halves[3]);
+}
+
+/// Eight vectors, one in each lane.
+struct alignas(32) LaneVectors {
+  Lanes x{}, y{}, z{};
+
+  CREASE_LANES_INLINE friend LaneVectors operator-(const LaneVectors& a, const LaneVectors& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  CREASE_LANES_INLINE friend LaneVectors operator*(const Lanes& scale, const LaneVectors& a) {
+    return {scale * a.x, scale * a.y, scale * a.z};
+  }
+  CREASE_LANES_INLINE Lanes squared_norm() const { return x * x + y * y + z * z; }
+};
+
+CREASE_LANES_INLINE LaneVectors cross(const LaneVectors& a, const LaneVectors& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// Lane k of the result is lane k + 1 of `a`; the last is lane 0.
+CREASE_LANES_INLINE Lanes shifted_down(const Lanes& a) { return __builtin_shufflevector(a, a, 1, 2, 3, 4, 5, 6, 7, 0); }
+CREASE_LANES_INLINE LaneVectors shifted_down(const LaneVectors& a) {
+  return {shifted_down(a.x), shifted_down(a.y), shifted_down(a.z)};
+}
+
+/// Lane k of the result is lane k − 1 of `a`; the first is lane 7.
+CREASE_LANES_INLINE Lanes shifted_up(const Lanes& a) { return __builtin_shufflevector(a, a, 7, 0, 1, 2, 3, 4, 5, 6); }
+CREASE_LANES_INLINE LaneVectors shifted_up(const LaneVectors& a) {
+  return {shifted_up(a.x), shifted_up(a.y), shifted_up(a.z)};
+}
+
+/// Vector k = `row(k)`, given as (x, y, z, anything), goes to lane k.
+template <typename Row>
+CREASE_LANES_INLINE LaneVectors transposed(Row row) {
+  struct Half {
+    HalfLanes x, y, z;
+  };
+  const auto half = [&](std::size_t k) [[gnu::always_inline]] {
+    const HalfLanes v0 = row(k), v1 = row(k + 1), v2 = row(k + 2), v3 = row(k + 3);
+    const HalfLanes xy01 = __builtin_shufflevector(v0, v1, 0, 4, 1, 5);
+    const HalfLanes xy23 = __builtin_shufflevector(v2, v3, 0, 4, 1, 5);
+    const HalfLanes zw01 = __builtin_shufflevector(v0, v1, 2, 6, 3, 7);
+    const HalfLanes zw23 = __builtin_shufflevector(v2, v3, 2, 6, 3, 7);
+    return Half{__builtin_shufflevector(xy01, xy23, 0, 1, 4, 5), __builtin_shufflevector(xy01, xy23, 2, 3, 6, 7),
+                __builtin_shufflevector(zw01, zw23, 0, 1, 4, 5)};
+  };
+  const Half a = half(0), b = half(4);
+  return {joined(a.x, b.x), joined(a.y, b.y), joined(a.z, b.z)};
+}
+
+}  // namespace crease
