@@ -7,12 +7,17 @@
 
 namespace crease {
 
+/// Edges with a ridge label of at least this are drawn and counted as ridges.
+inline constexpr double kRidgeThreshold = 0.5;
+
 /// An undirected edge, v0 < v1.
 struct Edge {
   Index v0 = kNone;
   Index v1 = kNone;
   bool operator==(const Edge&) const = default;
 };
+
+inline Index other_end(const Edge& edge, Index vertex) { return edge.v0 == vertex ? edge.v1 : edge.v0; }
 
 /// Rows of indices of different lengths in one flat array.
 struct IndexRows {

@@ -7,8 +7,16 @@ double EdgeProcess::slope(Index edge) const {
   const Vec3& along = terms_.direction[edge];
   const Vec3 own = field_.labels[edge] * along;
   const double support = along.dot(terms_.label_sum[v1] + own) - along.dot(terms_.label_sum[v0] - own);
-  return -model_.smoothness_weight * terms_.potential[edge] +
-         model_.sharpness_weight * (model_.sharpness_threshold - terms_.angle[edge] - model_.support_weight * support);
+  double slope =
+      -model_.smoothness_weight * terms_.potential[edge] +
+      model_.sharpness_weight * (model_.sharpness_threshold - terms_.angle[edge] - model_.support_weight * support);
+  if (model_.continuity_weight > 0) slope += model_.continuity_weight * continuity_slope(field_, terms_, edge);
+  if (model_.curvature_weight > 0) {
+    for (const Index face : field_.topology.edge_faces[edge]) {
+      slope -= model_.curvature_weight * SecondDifference::gate(field_, face, edge) * terms_.curvature[face];
+    }
+  }
+  return slope;
 }
 
 void EdgeProcess::set_label(Index edge, double label) {

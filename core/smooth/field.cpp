@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/smooth/potential.h"
+#include "core/smooth/ridge_straightness.h"
+
 namespace crease {
 namespace {
 
@@ -31,23 +34,60 @@ struct EdgeSums {
   }
 };
 
+/// The angle as the edge process sees it: negative, and so never sharp enough, for an edge that may be no ridge.
+double clamped_angle(double dihedral, const EnergyModel& model) {
+  const double angle = std::abs(dihedral);
+  const bool may_be_ridge =
+      angle <= model.sharpness_limit &&
+      (model.ridge_kind == RidgeKind::kAll || (model.ridge_kind == RidgeKind::kConvex) == (dihedral > 0));
+  return may_be_ridge ? angle : -angle;
+}
+
+std::vector<Triangle> oriented_faces(const Mesh& mesh, const Topology& topology) {
+  std::vector<Triangle> faces(mesh.triangles.size());
+  for (std::size_t f = 0; f < faces.size(); ++f) faces[f] = oriented(mesh, topology, f);
+  return faces;
+}
+
+std::vector<Vec3> relative_positions(const std::vector<Vec3>& positions, const Vec3& origin, double unit) {
+  std::vector<Vec3> result;
+  result.reserve(positions.size());
+  for (const Vec3& position : positions) result.push_back((position - origin) / unit);
+  return result;
+}
+
+/// Whether walking an edge from its first vertex to its second has `face` on its left.
+bool runs_along(const Triangle& face, const Edge& edge) {
+  return (face[0] == edge.v0 && face[1] == edge.v1) || (face[1] == edge.v0 && face[2] == edge.v1) ||
+         (face[2] == edge.v0 && face[0] == edge.v1);
+}
+
 }  // namespace
 
 EnergyModel EnergyModel::final_of(const SmoothOptions& options) {
-  return {options.likelihood_weight,   options.smoothness_weight, options.sharpness_weight,
-          options.sharpness_threshold, options.support_weight,    options.smoothness};
+  EnergyModel model{options.likelihood_weight,   options.smoothness_weight, options.sharpness_weight,
+                    options.sharpness_threshold, options.support_weight,    options.smoothness};
+  model.smoothness_width = static_cast<float>(2 * std::sin(options.smoothness_width / 2));
+  model.curvature_weight = options.curvature_weight;
+  model.continuity_weight = options.continuity_weight;
+  model.ridge_line_weight = options.ridge_line_weight;
+  model.ridge_kind = options.ridge_kind;
+  model.sharpness_limit = options.sharpness_limit;
+  return model;
 }
 
-Field::Field(const Mesh& mesh, const Topology& mesh_topology) : topology(mesh_topology) {
-  unit = mean_edge_length(mesh.positions, topology.edges);
-  origin = mesh.positions[mesh.triangles.front()[0]];
-  faces.resize(mesh.triangles.size());
-  for (std::size_t f = 0; f < faces.size(); ++f) faces[f] = oriented(mesh, topology, f);
-  measured.reserve(mesh.positions.size());
-  for (const Vec3& position : mesh.positions) measured.push_back((position - origin) / unit);
-  positions = measured;
-  labels.assign(topology.edges.size(), 0);
-  normals.resize(faces.size());
+Field::Field(const Mesh& mesh, const Topology& mesh_topology, const SmoothOptions& options,
+             std::span<const double> weights)
+    : topology(mesh_topology),
+      unit(mean_edge_length(mesh.positions, topology.edges)),
+      origin(mesh.positions[mesh.triangles.front()[0]]),
+      faces(oriented_faces(mesh, topology)),
+      measured(relative_positions(mesh.positions, origin, unit)),
+      positions(measured),
+      normals(faces.size()),
+      labels(topology.edges.size(), 0),
+      likelihood(measured, faces, options, weights),
+      second_difference(measured, faces, topology) {
   for (std::size_t f = 0; f < faces.size(); ++f) normals[f] = face_normal(f);
 }
 
@@ -73,25 +113,40 @@ std::vector<Vec3> Field::upload_positions(const Mesh& mesh) const {
   return result;
 }
 
-void EdgeTerms::update(const Field& field, Smoothness smoothness, ThreadTeam& team) {
+void EdgeTerms::update(const Field& field, const EnergyModel& model, ThreadTeam& team) {
   const Topology& topology = field.topology;
   const std::size_t edge_count = topology.edges.size();
   potential.assign(edge_count, 0);
+  dihedral.assign(edge_count, 0);
   angle.assign(edge_count, 0);
   direction.resize(edge_count);
   team.run(edge_count, kBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t e = begin; e < end; ++e) {
-      const Vec3 along = field.positions[topology.edges[e].v1] - field.positions[topology.edges[e].v0];
+      const Edge& edge = topology.edges[e];
+      const Vec3 along = field.positions[edge.v1] - field.positions[edge.v0];
       const double length = along.norm();
       direction[e] = length > 0 ? Vec3(along / length) : Vec3::Zero();
       if (!topology.is_interior(e)) continue;
-      const UnitNormal& n0 = field.normals[topology.edge_faces[e][0]];
-      const UnitNormal& n1 = field.normals[topology.edge_faces[e][1]];
+      const auto [f0, f1] = topology.edge_faces[e];
+      const UnitNormal& n0 = field.normals[f0];
+      const UnitNormal& n1 = field.normals[f1];
       const double difference = static_cast<double>((n0 - n1).squaredNorm());
-      potential[e] = smoothness_potential(smoothness, difference);
-      if (!n0.isZero(0) && !n1.isZero(0)) angle[e] = angle_of_chord(difference);
+      potential[e] = smoothness_potential(model.smoothness, difference, model.smoothness_width);
+      if (n0.isZero(0) || n1.isZero(0)) continue;
+      const Vec3 turning = n0.head<3>().cross(n1.head<3>()).cast<double>();
+      const bool convex = (turning.dot(along) >= 0) == runs_along(field.faces[f0], edge);
+      dihedral[e] = convex ? angle_of_chord(difference) : -angle_of_chord(difference);
+      angle[e] = clamped_angle(dihedral[e], model);
     }
   });
+  if (model.curvature_weight > 0) {
+    curvature.resize(field.faces.size());
+    team.run(curvature.size(), kBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
+      for (std::size_t f = begin; f < end; ++f) {
+        curvature[f] = field.second_difference.square(field, static_cast<Index>(f));
+      }
+    });
+  }
   label_sum.resize(field.positions.size());
   team.run(label_sum.size(), kBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t v = begin; v < end; ++v) {
@@ -104,11 +159,28 @@ void EdgeTerms::update(const Field& field, Smoothness smoothness, ThreadTeam& te
   });
 }
 
+double continuity_slope(const Field& field, const EdgeTerms& terms, Index edge) {
+  const Topology& topology = field.topology;
+  double slope = 0;
+  for (const Index vertex : {topology.edges[edge].v0, topology.edges[edge].v1}) {
+    for (const Index other : topology.vertex_edges[vertex]) {
+      if (other == edge || field.labels[other] == 0) continue;
+      const bool both_out = (topology.edges[edge].v0 == vertex) == (topology.edges[other].v0 == vertex);
+      const double cosine = terms.direction[edge].dot(terms.direction[other]);
+      const double cos_turning = both_out ? -cosine : cosine;
+      if (cos_turning <= 0) continue;
+      const double change = terms.dihedral[edge] - terms.dihedral[other];
+      slope += cos_turning * field.labels[other] * change * change;
+    }
+  }
+  return slope;
+}
+
 Energy energy(const Field& field, const EdgeTerms& terms, const EnergyModel& model, ThreadTeam& team) {
   const Topology& topology = field.topology;
   Energy result;
   result.likelihood = model.likelihood_weight * block_sum<double>(field.positions.size(), team, [&](std::size_t v) {
-                        return (field.positions[v] - field.measured[v]).squaredNorm();
+                        return field.likelihood.energy(field, static_cast<Index>(v));
                       });
   const auto sums = block_sum<EdgeSums>(topology.edges.size(), team, [&](std::size_t e) {
     const double label = field.labels[e];
@@ -124,13 +196,31 @@ Energy energy(const Field& field, const EdgeTerms& terms, const EnergyModel& mod
         return field.labels[e] * field.labels[e] * terms.direction[e].squaredNorm();
       });
   result.support = model.sharpness_weight * model.support_weight * squares / 2;
+  if (model.curvature_weight > 0) {
+    result.curvature = model.curvature_weight * block_sum<double>(field.faces.size(), team, [&](std::size_t f) {
+                         return SecondDifference::gate(field, static_cast<Index>(f)) * terms.curvature[f];
+                       });
+  }
+  if (model.continuity_weight > 0) {
+    // Every pair is met from both of its edges.
+    result.continuity =
+        model.continuity_weight / 2 * block_sum<double>(topology.edges.size(), team, [&](std::size_t e) {
+          return field.labels[e] * continuity_slope(field, terms, static_cast<Index>(e));
+        });
+  }
+  if (model.ridge_line_weight > 0) {
+    const RidgeStraightness lines(field, team);
+    result.ridge_line = model.ridge_line_weight * block_sum<double>(field.positions.size(), team, [&](std::size_t v) {
+                          return lines.energy(field, static_cast<Index>(v));
+                        });
+  }
   return result;
 }
 
 Energy energy(const Field& field, const EnergyModel& model) {
   ThreadTeam alone(1);
   EdgeTerms terms;
-  terms.update(field, model.smoothness, alone);
+  terms.update(field, model, alone);
   return energy(field, terms, model, alone);
 }
 

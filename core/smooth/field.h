@@ -1,12 +1,14 @@
 #pragma once
 
-#include <cmath>
+#include <numbers>
+#include <span>
 #include <vector>
 
 #include "core/mesh/mesh.h"
 #include "core/mesh/topology.h"
-#include "core/smooth/lanes.h"
+#include "core/smooth/likelihood.h"
 #include "core/smooth/options.h"
+#include "core/smooth/second_difference.h"
 #include "core/smooth/smooth.h"
 #include "core/smooth/thread_team.h"
 
@@ -20,6 +22,12 @@ struct EnergyModel {
   double sharpness_threshold = 0;  ///< φ₀, radians
   double support_weight = 0;       ///< κ, relative to γ
   Smoothness smoothness = Smoothness::kQuadratic;
+  float smoothness_width = 0;    ///< δ, as a difference of unit normals
+  double curvature_weight = 0;   ///< of the piecewise-quadratic prior
+  double continuity_weight = 0;  ///< of the change of dihedral angle along a ridge, per squared radian
+  double ridge_line_weight = 0;  ///< of the second difference along a ridge, per squared mean edge length
+  RidgeKind ridge_kind = RidgeKind::kAll;
+  double sharpness_limit = std::numbers::pi;  ///< radians; sharper edges are no ridges
 
   /// The model at the end of the annealing.
   static EnergyModel final_of(const SmoothOptions& options);
@@ -29,21 +37,12 @@ struct EnergyModel {
 /// branch. Far below the square of any area in units of the mean edge length.
 inline constexpr float kNoArea = 1e-30F;
 
-/// (x, y, z, 0): single precision suffices for a unit vector, and four of them are one aligned load.
-using UnitNormal = Eigen::Vector4f;
-
-/// ρ of two normals that differ by `squared_difference` = ‖n_i − n_j‖² (§3.2).
-template <typename Number>
-CREASE_LANES_INLINE Number smoothness_potential(Smoothness smoothness, const Number& squared_difference) {
-  using crease::sqrt;
-  using std::sqrt;
-  return smoothness == Smoothness::kQuadratic ? squared_difference : sqrt(squared_difference);
-}
-
 /// The sites and labels of the coupled Markov random field, in units of the mean edge length of the measured mesh and
 /// relative to its first vertex that has a face. Faces are wound as the topology turns them.
 struct Field {
-  Field(const Mesh& mesh, const Topology& mesh_topology);
+  /// `weights` of the likelihood per vertex, empty for 1 everywhere.
+  Field(const Mesh& mesh, const Topology& mesh_topology, const SmoothOptions& options = {},
+        std::span<const double> weights = {});
 
   const Topology& topology;
   double unit = 1;  ///< mean edge length of the measured mesh
@@ -53,6 +52,8 @@ struct Field {
   std::vector<Vec3> positions;      ///< v
   std::vector<UnitNormal> normals;  ///< per face; zero for a face without area
   std::vector<double> labels;       ///< ε, per edge; 0 where the edge is not interior
+  Likelihood likelihood;
+  SecondDifference second_difference;
 
   UnitNormal face_normal(std::size_t face) const;
   void update_normals(ThreadTeam& team);
@@ -63,15 +64,21 @@ struct Field {
 /// What E needs to know of every edge and vertex, for the present positions, normals and labels.
 struct EdgeTerms {
   std::vector<double> potential;  ///< ρ(n_i − n_j), 0 where the edge is not interior
-  std::vector<double> angle;      ///< unsigned dihedral angle φ in radians; 0 at faces without area
+  std::vector<double> dihedral;   ///< signed dihedral angle in radians, + convex; 0 at faces without area
+  std::vector<double> angle;      ///< φ as the edge process sees it: |dihedral|, negative for what may be no ridge
+  std::vector<double> curvature;  ///< squared second difference of the normals per face; empty without its prior
   std::vector<Vec3> direction;    ///< unit vector from the edge's first vertex to its second; zero without length
   /// Per vertex Σ ε_e u_e over its edges, u_e pointing away from it. The support of edge e at that vertex by all the
   /// others is −u_e · (sum − ε_e u_e): cos θ of a walk through the vertex is minus the cosine between outward
   /// directions.
   std::vector<Vec3> label_sum;
 
-  void update(const Field& field, Smoothness smoothness, ThreadTeam& team);
+  void update(const Field& field, const EnergyModel& model, ThreadTeam& team);
 };
+
+/// Σ over the labelled edges e' that go on from `edge`: cos θ (φ − φ')² ε', for θ below a right angle. The derivative
+/// by ε of "the dihedral angle changes slowly along a ridge line" (§3.3), without its weight.
+double continuity_slope(const Field& field, const EdgeTerms& terms, Index edge);
 
 /// E(v, ε) term by term (§3.4). The same value for any number of threads.
 Energy energy(const Field& field, const EdgeTerms& terms, const EnergyModel& model, ThreadTeam& team);

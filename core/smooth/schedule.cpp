@@ -17,9 +17,9 @@ Index opposite_vertex(const Triangle& triangle, const Edge& edge) {
   return edge.v0;
 }
 
-/// Calls `visit` for the neighbours of `vertex` and for itself, some of them more than once.
+/// Calls `visit` for the first-order neighbours of `vertex` and for itself, some of them more than once.
 template <typename Visit>
-void visit_neighbors(const Mesh& mesh, const Topology& topology, Index vertex, Visit visit) {
+void visit_near(const Mesh& mesh, const Topology& topology, Index vertex, Visit visit) {
   for (const Index face : topology.vertex_faces[vertex]) {
     for (const Index v : mesh.triangles[face]) visit(v);
     for (const Index edge : topology.face_edges[face]) {
@@ -29,13 +29,25 @@ void visit_neighbors(const Mesh& mesh, const Topology& topology, Index vertex, V
   }
 }
 
+/// Calls `visit` for the neighbours of `vertex` and for itself, some of them more than once.
+template <typename Visit>
+void visit_neighbors(const Mesh& mesh, const Topology& topology, Neighborhood neighborhood, Index vertex, Visit visit) {
+  if (neighborhood == Neighborhood::kFirstOrder) {
+    visit_near(mesh, topology, vertex, visit);
+    return;
+  }
+  for (const Index face : topology.vertex_faces[vertex]) {
+    for (const Index v : mesh.triangles[face]) visit_near(mesh, topology, v, visit);
+  }
+}
+
 /// Greedy coloring: neighbours differ. kNone for vertices without faces.
-std::vector<Index> color_vertices(const Mesh& mesh, const Topology& topology) {
+std::vector<Index> color_vertices(const Mesh& mesh, const Topology& topology, Neighborhood neighborhood) {
   std::vector<Index> colors(mesh.positions.size(), kNone);
   std::vector<Index> last_seen_by;  // per colour: the vertex that last saw it on a neighbour
   for (Index vertex = 0; vertex < colors.size(); ++vertex) {
     if (topology.vertex_faces[vertex].empty()) continue;
-    visit_neighbors(mesh, topology, vertex, [&](Index neighbor) {
+    visit_neighbors(mesh, topology, neighborhood, vertex, [&](Index neighbor) {
       if (colors[neighbor] != kNone) last_seen_by[colors[neighbor]] = vertex;
     });
     const auto free = std::ranges::find_if(last_seen_by, [&](Index seer) { return seer != vertex; });
@@ -98,8 +110,8 @@ std::vector<std::vector<Index>> without_empty(std::vector<std::vector<Index>> bl
 
 }  // namespace
 
-Schedule schedule_vertices(const Mesh& mesh, const Topology& topology) {
-  const std::vector<Index> colors = color_vertices(mesh, topology);
+Schedule schedule_vertices(const Mesh& mesh, const Topology& topology, Neighborhood neighborhood) {
+  const std::vector<Index> colors = color_vertices(mesh, topology, neighborhood);
   const std::size_t size = block_size(colors.size());
   std::vector<std::vector<Index>> blocks(colors.size() / size + 1);
   for (Index vertex = 0; vertex < colors.size(); ++vertex) {
@@ -112,6 +124,10 @@ Schedule schedule_vertices(const Mesh& mesh, const Topology& topology) {
         block, {}, [&](Index vertex) { return std::pair(colors[vertex], topology.vertex_faces[vertex].size()); });
   }
   const std::vector<std::size_t> phase_of = assign_phases(blocks, colors.size(), [&](Index vertex, auto&& visit) {
+    if (neighborhood == Neighborhood::kWide) {
+      visit_neighbors(mesh, topology, neighborhood, vertex, visit);
+      return;
+    }
     for (const Index face : topology.vertex_faces[vertex]) {
       for (const Index touched : mesh.triangles[face]) visit(touched);
     }

@@ -20,9 +20,16 @@ struct Schedule {
   std::vector<std::size_t> phases;  ///< starts in `tasks`, likewise
 };
 
-/// Vertices that have faces. The vertices of a run are no neighbours of each other: none shares a face with another or
-/// faces it across an interior edge (§3.2, Fig. 1), so that they may be computed together.
-Schedule schedule_vertices(const Mesh& mesh, const Topology& topology);
+/// How far apart vertices can see each other in the energy.
+enum class Neighborhood {
+  kFirstOrder,  ///< in faces that share an edge or are the same (§3.2, Fig. 1)
+  kWide,        ///< in faces next to faces that share a vertex with each other's: more than any term of E sees
+};
+
+/// Vertices that have faces. The vertices of a run are no neighbours of each other, so that they may be computed
+/// together.
+Schedule schedule_vertices(const Mesh& mesh, const Topology& topology,
+                           Neighborhood neighborhood = Neighborhood::kFirstOrder);
 
 /// Interior edges, neighbours where they share a vertex (§3.3, Fig. 2). A task is one run, in order.
 Schedule schedule_edges(const Topology& topology);

@@ -38,6 +38,12 @@ std::vector<Value> gathered(const std::vector<Value>& values, const std::vector<
   return result;
 }
 
+Neighborhood neighborhood_of(const SmoothOptions& options) {
+  const bool wide =
+      options.curvature_weight > 0 || options.ridge_line_weight > 0 || options.likelihood == LikelihoodKind::kVolume;
+  return wide ? Neighborhood::kWide : Neighborhood::kFirstOrder;
+}
+
 /// The annealing: all state between two sweeps.
 class Annealing {
  public:
@@ -45,13 +51,13 @@ class Annealing {
       : options_(options),
         mesh_(mesh),
         team_(options.threads),
-        field_(mesh, topology),
+        field_(mesh, topology, options),
         final_model_(EnergyModel::final_of(options)),
-        vertex_schedule_(schedule_vertices(mesh, topology)),
+        vertex_schedule_(schedule_vertices(mesh, topology, neighborhood_of(options))),
         edge_schedule_(schedule_edges(topology)),
         vertex_process_(field_, vertex_schedule_, team_.size()),
         step_(options.step_size) {
-    terms_.update(field_, options.smoothness, team_);
+    terms_.update(field_, final_model_, team_);
   }
 
   /// In the units of the upload.
@@ -86,7 +92,7 @@ class Annealing {
     record.vertex_acceptance =
         vertex_process_.sweep(vertex_random_, index, record.vertex_temperature, step_, team_).acceptance();
     adapt_step(record.vertex_acceptance);
-    terms_.update(field_, options_.smoothness, team_);
+    terms_.update(field_, final_model_, team_);
     measure(record);
     return record;
   }

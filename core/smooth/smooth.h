@@ -13,7 +13,10 @@ namespace crease {
 /// The terms of E(v, ε), each with its weight.
 struct Energy {
   double likelihood = 0, smoothness = 0, sharpness = 0, support = 0;
-  double total() const { return likelihood + smoothness + sharpness + support; }
+  double curvature = 0;   ///< piecewise-quadratic prior
+  double continuity = 0;  ///< of the dihedral angle along ridges
+  double ridge_line = 0;  ///< straightness of ridges
+  double total() const { return likelihood + smoothness + sharpness + support + curvature + continuity + ridge_line; }
 };
 
 /// What a sweep did.

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 
+#include "core/smooth/lanes.h"
+#include "core/smooth/potential.h"
+
 namespace crease {
 namespace {
 
@@ -35,33 +38,48 @@ class VertexProcess::Visit {
   void accept(VertexProcess& process) const;
 
  private:
+  double curvature_change(const VertexProcess& process);
+  /// Calls `visit(face, normal after the move)` for the faces of the ring.
+  template <typename Visitor>
+  void for_each_face(const VertexProcess& process, Visitor visit) const;
   template <Smoothness kShape>
   Lanes prior_change(const VertexProcess& process, const LaneVectors& displacement);
 
   std::size_t slot_ = 0;
   Vec3 position_ = Vec3::Zero();    ///< after the move
   std::vector<LaneVectors> moved_;  ///< normals after the move, per block of the ring
+  SecondDifference::Moved moved_faces_;
 };
 
 double VertexProcess::Visit::delta_energy(const VertexProcess& process, std::size_t slot, const Vec3& displacement) {
   slot_ = slot;
   const Index vertex = process.schedule_.sites[slot];
-  const Vec3& measured = process.field_.measured[vertex];
-  const Vec3& old_position = process.field_.positions[vertex];
-  position_ = old_position + displacement;
+  const Field& field = process.field_;
   const EnergyModel& model = process.model_;
+  position_ = field.positions[vertex] + displacement;
   const LaneVectors everywhere = in_every_lane(displacement);
-  const Lanes prior = model.smoothness == Smoothness::kQuadratic
-                          ? prior_change<Smoothness::kQuadratic>(process, everywhere)
-                          : prior_change<Smoothness::kSquareRoot>(process, everywhere);
-  const double likelihood = (position_ - measured).squaredNorm() - (old_position - measured).squaredNorm();
-  return model.smoothness_weight * static_cast<double>(sum(prior)) + model.likelihood_weight * likelihood;
+  const Lanes prior = with_shape(model.smoothness, [&]<Smoothness kShape>() [[gnu::always_inline]] {
+    return prior_change<kShape>(process, everywhere);
+  });
+  double change = model.smoothness_weight * static_cast<double>(sum(prior)) +
+                  model.likelihood_weight * field.likelihood.change(field, vertex, position_);
+  if (model.curvature_weight > 0) change += model.curvature_weight * curvature_change(process);
+  if (process.ridge_straightness_) {
+    change += model.ridge_line_weight * process.ridge_straightness_->change(field, vertex, position_);
+  }
+  return change;
+}
+
+double VertexProcess::Visit::curvature_change(const VertexProcess& process) {
+  moved_faces_.clear();
+  for_each_face(process, [&](Index face, const UnitNormal& normal) { moved_faces_.emplace_back(face, normal); });
+  return process.field_.second_difference.change(process.field_, moved_faces_);
 }
 
 template <Smoothness kShape>
 Lanes VertexProcess::Visit::prior_change(const VertexProcess& process, const LaneVectors& displacement) {
-  const auto potential = [](const LaneVectors& difference) {
-    return smoothness_potential(kShape, difference.squared_norm());
+  const auto potential = [&](const LaneVectors& difference) {
+    return smoothness_potential<kShape>(difference.squared_norm(), process.model_.smoothness_width);
   };
   const Field& field = process.field_;
   const Vec3 vertex = field.positions[process.schedule_.sites[slot_]];
@@ -88,16 +106,21 @@ Lanes VertexProcess::Visit::prior_change(const VertexProcess& process, const Lan
   return change;
 }
 
-void VertexProcess::Visit::accept(VertexProcess& process) const {
-  Field& field = process.field_;
-  field.positions[process.schedule_.sites[slot_]] = position_;
+template <typename Visitor>
+void VertexProcess::Visit::for_each_face(const VertexProcess& process, Visitor visit) const {
   const LaneVectors* moved = moved_.data();
   for (const Rings::Block& block : process.rings_[slot_]) {
     for (std::size_t lane = 1; lane <= block.face_count; ++lane) {
-      field.normals[block.faces[lane]] = {moved->x[lane], moved->y[lane], moved->z[lane], 0};
+      visit(block.faces[lane], {moved->x[lane], moved->y[lane], moved->z[lane], 0});
     }
     ++moved;
   }
+}
+
+void VertexProcess::Visit::accept(VertexProcess& process) const {
+  Field& field = process.field_;
+  field.positions[process.schedule_.sites[slot_]] = position_;
+  for_each_face(process, [&](Index face, const UnitNormal& normal) { field.normals[face] = normal; });
 }
 
 VertexProcess::VertexProcess(Field& field, const Schedule& schedule, std::size_t threads)
@@ -117,6 +140,8 @@ void VertexProcess::set_model(const EnergyModel& model, ThreadTeam& team) {
       smoothing_[e] = field_.topology.is_interior(e) ? static_cast<float>(1 - field_.labels[e]) : 0;
     }
   });
+  ridge_straightness_.reset();
+  if (model.ridge_line_weight > 0) ridge_straightness_.emplace(field_, team);
 }
 
 double VertexProcess::delta_energy(std::size_t slot, const Vec3& position) {

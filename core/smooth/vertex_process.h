@@ -1,12 +1,14 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "core/smooth/field.h"
 #include "core/smooth/metropolis.h"
 #include "core/smooth/random.h"
+#include "core/smooth/ridge_straightness.h"
 #include "core/smooth/rings.h"
 #include "core/smooth/schedule.h"
 
@@ -50,7 +52,8 @@ class VertexProcess {
   Rings rings_;
   EnergyModel model_;
   std::vector<float> smoothing_;  ///< 1 − ε per interior edge, 0 for the others and for Rings::no_edge
-  std::vector<Visit> visits_;     ///< a batch for each thread
+  std::optional<RidgeStraightness> ridge_straightness_;  ///< where the model has a term for it
+  std::vector<Visit> visits_;                            ///< a batch for each thread
 };
 
 }  // namespace crease

@@ -100,7 +100,7 @@ TEST(Energy, OfALabelProposalIsTheDifferenceOfTheFullEnergies) {
     Field field = shaken_field(mesh, topology, 5);
     ThreadTeam alone(1);
     EdgeTerms terms;
-    terms.update(field, kModel.smoothness, alone);
+    terms.update(field, kModel, alone);
     EdgeProcess process(field, terms, kModel);
     for (Index e = 0; e < topology.edges.size(); ++e) {
       if (!topology.is_interior(e)) continue;
@@ -193,7 +193,7 @@ TEST(Energy, ThreadsDoNotChangeABit) {
   std::vector<double> totals;
   for (const std::uint32_t threads : {1U, 2U, 3U}) {
     ThreadTeam team(threads);
-    terms.update(field, kModel.smoothness, team);
+    terms.update(field, kModel, team);
     totals.push_back(energy(field, terms, kModel, team).total());
   }
   EXPECT_EQ(totals[0], totals[1]);
@@ -228,7 +228,7 @@ TEST(Energy, StraightRidgesSupportAndHairpinsDiscourageEachOther) {
     std::fill(field.labels.begin(), field.labels.end(), 0.0);
     for (const Index other : labelled) field.labels[other] = 1;
     EdgeTerms terms;
-    terms.update(field, model.smoothness, alone);
+    terms.update(field, model, alone);
     return EdgeProcess(field, terms, model).slope(e);
   };
   for (Index e = 0; e < topology.edges.size(); ++e) {

@@ -51,7 +51,7 @@ TEST(Metropolis, OneLabelFollowsTheGibbsDistribution) {
     Field field(mesh, topology);
     ThreadTeam alone(1);
     EdgeTerms terms;
-    terms.update(field, model.smoothness, alone);
+    terms.update(field, model, alone);
     EdgeProcess process(field, terms, model);
     const Schedule schedule = schedule_edges(topology);
     const Index edge = schedule.sites.at(0);
@@ -85,7 +85,7 @@ TEST(Metropolis, TwoCoupledLabelsFollowTheGibbsDistribution) {
   Field field(mesh, topology);
   ThreadTeam alone(1);
   EdgeTerms terms;
-  terms.update(field, model.smoothness, alone);
+  terms.update(field, model, alone);
   EdgeProcess process(field, terms, model);
   const Schedule schedule = schedule_edges(topology);
   ASSERT_EQ(schedule.sites.size(), 2U);
