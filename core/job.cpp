@@ -3,14 +3,20 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/classical/classical.h"
+#include "core/features/features.h"
 #include "core/measure/measure.h"
 
 namespace crease {
 namespace {
 
-ResultFacts result_facts(const CheckedInput& input, const LabelledMesh& result, double seconds) {
+ResultFacts result_facts(const CheckedInput& input, const LabelledMesh& result, const Features& features,
+                         double seconds) {
   ResultFacts facts;
   facts.seconds = seconds;
+  facts.ridge_lines = static_cast<std::uint32_t>(features.ridge_lines.size());
+  facts.corners = static_cast<std::uint32_t>(features.corners.size());
+  facts.segments = features.segment_count;
   for (std::size_t e = 0; e < result.edges.size(); ++e) {
     if (result.labels[e] < kRidgeThreshold) continue;
     const auto [v0, v1] = result.edges[e];
@@ -28,6 +34,26 @@ ResultFacts result_facts(const CheckedInput& input, const LabelledMesh& result, 
   return facts;
 }
 
+/// A classical method as a run of one sweep per iteration, without labels.
+SmoothResult denoise_classically(const CheckedInput& input, const SmoothOptions& options, RunContext& context) {
+  SmoothResult result;
+  result.labels.assign(input.topology.edges.size(), 0);
+  const auto on_iteration = [&](const ClassicalView& view) {
+    SweepRecord& record = result.sweeps.emplace_back();
+    record.sweep = view.iteration;
+    record.stage = "classical";
+    if (!context.on_sweep) return !context.cancel.load();
+    const auto labels = [&] { return result.labels; };
+    return context.on_sweep({record, view.iterations, view.seconds, labels, view.positions}) && !context.cancel.load();
+  };
+  ClassicalResult denoised =
+      denoise(input.mesh, input.topology, *options.classical_method, options.classical, on_iteration);
+  result.positions = std::move(denoised.positions);
+  result.seconds = denoised.seconds;
+  result.cancelled = denoised.cancelled;
+  return result;
+}
+
 }  // namespace
 
 CheckedInput check_input(std::string_view bytes, std::optional<MeshFormat> format, const DecodeLimits& limits) {
@@ -42,14 +68,22 @@ CheckedInput check_input(std::string_view bytes, std::optional<MeshFormat> forma
 }
 
 JobOutput run_job(const CheckedInput& input, const SmoothOptions& options, RunContext& context) {
-  SmoothResult smoothed = smooth(input.mesh, input.topology, options, context);
+  SmoothResult smoothed = options.classical_method
+                              ? denoise_classically(input, options, context)
+                              : smooth(input.mesh, input.topology, options, context, input.weights);
   JobOutput output;
-  output.result.mesh.positions = std::move(smoothed.positions);
-  output.result.mesh.triangles = input.mesh.triangles;
-  output.result.edges = input.topology.edges;
-  output.result.labels = std::move(smoothed.labels);
-  output.result.dihedral_rad = signed_dihedral_angles(output.result.mesh, input.topology, output.result.mesh.positions);
-  output.facts = result_facts(input, output.result, smoothed.seconds);
+  LabelledMesh& result = output.result;
+  result.mesh.positions = std::move(smoothed.positions);
+  result.mesh.triangles = input.mesh.triangles;
+  result.edges = input.topology.edges;
+  result.labels = std::move(smoothed.labels);
+  result.dihedral_rad = signed_dihedral_angles(result.mesh, input.topology, result.mesh.positions);
+  Features features = find_features(result.mesh, input.topology, result.mesh.positions, result.labels);
+  output.facts = result_facts(input, result, features, smoothed.seconds);
+  result.classes = std::move(features.classes);
+  result.segments = std::move(features.segments);
+  result.ridge_lines = std::move(features.ridge_lines);
+  result.corners = std::move(features.corners);
   output.sweeps = std::move(smoothed.sweeps);
   output.cancelled = smoothed.cancelled;
   return output;

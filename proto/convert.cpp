@@ -52,6 +52,9 @@ v1::Energy to_message(const Energy& energy) {
   message.set_smoothness(energy.smoothness);
   message.set_sharpness(energy.sharpness);
   message.set_support(energy.support);
+  message.set_curvature(energy.curvature);
+  message.set_continuity(energy.continuity);
+  message.set_ridge_line(energy.ridge_line);
   message.set_total(energy.total());
   return message;
 }
@@ -63,8 +66,8 @@ v1::Progress to_message(const SweepView& view) {
   message.set_stage("smoothing");
   message.set_sweep(view.record.sweep);
   message.set_sweeps(view.sweeps);
-  message.set_temperature(view.record.vertex_temperature);
-  message.set_acceptance(view.record.vertex_acceptance);
+  message.set_temperature(view.record.temperature);
+  message.set_acceptance(view.record.acceptance);
   *message.mutable_energy() = to_message(view.record.energy);
   message.set_eta_seconds(view.seconds * (1 - fraction) / fraction);
   return message;
@@ -75,13 +78,14 @@ v1::Sweep to_message(const SweepRecord& record) {
   message.set_sweep(record.sweep);
   *message.mutable_energy() = to_message(record.energy);
   message.set_likelihood_weight(record.likelihood_weight);
-  message.set_vertex_temperature(record.vertex_temperature);
+  message.set_temperature(record.temperature);
   message.set_label_temperature(record.label_temperature);
   message.set_step_size(record.step_size);
-  message.set_vertex_acceptance(record.vertex_acceptance);
+  message.set_acceptance(record.acceptance);
   message.set_label_acceptance(record.label_acceptance);
   message.set_ridge_edges(record.ridge_edges);
   message.set_rms_displacement(record.rms_displacement);
+  message.set_stage(std::string(record.stage));
   return message;
 }
 

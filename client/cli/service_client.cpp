@@ -25,7 +25,7 @@ constexpr auto kConnectTimeout = 5s;
 constexpr auto kAnswerTimeout = 300s;  // the service inspects an upload before it answers
 constexpr auto kRetryPause = 1s;
 constexpr int kMaxRetries = 30;  // without a word from the server
-constexpr std::size_t kPiece = 256 * 1024;
+constexpr std::size_t kPiece = std::size_t{256} * 1024;
 constexpr int kNoContent = 204, kServiceUnavailable = 503;
 
 std::string normal_url(std::string url) {

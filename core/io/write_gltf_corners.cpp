@@ -75,9 +75,10 @@ IndexRows ridge_ends(const LabelledMesh& result) {
 /// Joins corners into fans: union-find over spokes sorted by their far end, near linear in the valence of the vertex.
 class FanFinder {
  public:
-  /// The fan of each corner, named by its first corner. `ridges` in ascending order.
-  const std::vector<std::size_t>& find(Index vertex, const std::vector<Corner>& corners,
-                                       std::span<const Index> ridges) {
+  /// The fan of each corner, named by its first corner. `ridges` in ascending order. Where there are `segments` of the
+  /// faces, fans end between them too.
+  const std::vector<std::size_t>& find(Index vertex, const std::vector<Corner>& corners, std::span<const Index> ridges,
+                                       std::span<const Index> segments) {
     fans_.resize(corners.size());
     std::iota(fans_.begin(), fans_.end(), std::size_t{0});
     spokes_.clear();
@@ -91,7 +92,9 @@ class FanFinder {
     for (auto first = spokes_.begin(); first != spokes_.end();) {
       const auto last = std::find_if(first, spokes_.end(), [&](const Spoke& spoke) { return spoke.to != first->to; });
       const bool joins = last - first == 2 && first->outgoing != (first + 1)->outgoing;
-      if (joins && !std::binary_search(ridges.begin(), ridges.end(), first->to)) {
+      const auto segment = [&](const Spoke& spoke) { return segments[corners[spoke.corner].face]; };
+      const bool parts = joins && !segments.empty() && segment(*first) != segment(*(first + 1));
+      if (joins && !parts && !std::binary_search(ridges.begin(), ridges.end(), first->to)) {
         const std::size_t a = root(first->corner), b = root((first + 1)->corner);
         fans_[std::max(a, b)] = std::min(a, b);
       }
@@ -141,22 +144,27 @@ SplitMesh split_along_ridges(const LabelledMesh& result) {
   split.normals.assign(mesh.positions.size(), Vec3::Zero());
 
   std::vector<Corner> corners;
-  std::vector<Index> vertex_of_fan;
-  FanFinder finder;
+  std::vector<Index> vertex_of_part;
+  std::vector<Vec3> fan_areas;
+  FanFinder fan_finder, part_finder;
   for (Index vertex = 0; vertex < mesh.positions.size(); ++vertex) {
     rows.read(vertex, corners);
-    const std::vector<std::size_t>& fans = finder.find(vertex, corners, ridges[vertex]);
-    vertex_of_fan.assign(corners.size(), kNone);
+    const std::vector<std::size_t>& fans = fan_finder.find(vertex, corners, ridges[vertex], {});
+    const std::vector<std::size_t>& parts =
+        result.segments.empty() ? fans : part_finder.find(vertex, corners, ridges[vertex], result.segments);
+    fan_areas.assign(corners.size(), Vec3::Zero());
+    for (std::size_t i = 0; i < corners.size(); ++i) fan_areas[fans[i]] += areas[corners[i].face];
+    vertex_of_part.assign(corners.size(), kNone);
     for (std::size_t i = 0; i < corners.size(); ++i) {
-      Index& fan_vertex = vertex_of_fan[fans[i]];
-      if (fan_vertex == kNone && i == 0) fan_vertex = vertex;
-      if (fan_vertex == kNone) {
-        fan_vertex = static_cast<Index>(split.source.size());
+      Index& part_vertex = vertex_of_part[parts[i]];
+      if (part_vertex == kNone && i == 0) part_vertex = vertex;
+      if (part_vertex == kNone) {
+        part_vertex = static_cast<Index>(split.source.size());
         split.source.push_back(vertex);
         split.normals.emplace_back(Vec3::Zero());
       }
-      split.triangles[corners[i].face][corners[i].place] = fan_vertex;
-      split.normals[fan_vertex] += areas[corners[i].face];
+      split.triangles[corners[i].face][corners[i].place] = part_vertex;
+      split.normals[part_vertex] = fan_areas[fans[i]];
     }
   }
   for (Vec3& normal : split.normals) normal = unit_or_up(normal);

@@ -15,7 +15,8 @@ struct SplitMesh {
 
 /// Around each vertex, the corners of its faces form fans that end at ridges (label ≥ kRidgeThreshold), boundaries,
 /// non-manifold edges, and edges across which the faces are not wound alike. Each fan has the area-weighted mean of
-/// its normals. The first fan keeps the vertex, the others get copies, in the order of the vertices and their faces.
+/// its normals. The parts of a fan in different segments are told apart too, but have the same normal. The first part
+/// keeps the vertex, the others get copies, in the order of the vertices and their faces.
 SplitMesh split_along_ridges(const LabelledMesh& result);
 
 }  // namespace crease

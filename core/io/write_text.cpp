@@ -76,6 +76,18 @@ void append_label(std::string& text, double label) {
 
 void append_degrees(std::string& text, double radians) { append_rounded(text, radians * (180 / M_PI)); }
 
+void append_ridge_line(std::string& text, const RidgeLine& line) {
+  text += "\n{";
+  append_array(text, "vertices", line.vertices, [&](Index vertex) { append_number(text, vertex); });
+  text += line.closed ? ",\"closed\":true,\"length\":" : ",\"closed\":false,\"length\":";
+  append_rounded(text, line.length);
+  text += ",\"mean_label\":";
+  append_label(text, line.mean_label);
+  text += ",\"mean_dihedral_deg\":";
+  append_degrees(text, line.mean_dihedral_rad);
+  text += '}';
+}
+
 std::vector<std::size_t> edges_from(const LabelledMesh& result, double min_label) {
   std::vector<std::size_t> selected;
   for (std::size_t edge = 0; edge < result.edges.size(); ++edge) {
@@ -123,6 +135,15 @@ std::string write_json(const LabelledMesh& result, const nlohmann::ordered_json&
                [&](const Triangle& triangle) { append_tuple(text, triangle); });
   text += ",\n";
   append_labels(text, result, edges_from(result, 0));
+  if (!result.classes.empty()) {
+    text += ",\n";
+    append_array(text, "classes", result.classes,
+                 [&](VertexClass vertex_class) { append_number(text, static_cast<int>(vertex_class)); });
+  }
+  if (!result.segments.empty()) {
+    text += ",\n";
+    append_array(text, "segments", result.segments, [&](Index segment) { append_number(text, segment); });
+  }
   text += ",\n\"extras\":";
   text += extras.is_null() ? "{}" : extras.dump();
   text += "}\n";
@@ -139,6 +160,17 @@ std::string encode_labels_json(const LabelledMesh& result, double min_label) {
   append_number(text, selected.size());
   text += ",\"threshold\":";
   append_number(text, min_label);
+  text += "}\n";
+  return text;
+}
+
+std::string encode_ridges_json(const std::vector<RidgeLine>& lines, const std::vector<Index>& corners) {
+  std::string text = "{";
+  append_array(text, "ridges", lines, [&](const RidgeLine& line) { append_ridge_line(text, line); });
+  text += ",\n\"count\":";
+  append_number(text, lines.size());
+  text += ',';
+  append_array(text, "corners", corners, [&](Index vertex) { append_number(text, vertex); });
   text += "}\n";
   return text;
 }

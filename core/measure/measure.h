@@ -12,7 +12,7 @@ namespace crease {
 /// Reference edges with a larger dihedral angle count as ridges.
 inline constexpr double kReferenceRidgeDeg = 25.0;
 
-/// Labels of at least kRidgeThreshold (core/io/encode.h) against the reference's ridges, over its interior edges.
+/// Labels of at least kRidgeThreshold (core/mesh/topology.h) against the reference's ridges, over its interior edges.
 /// Where neither side has a ridge all three are 1; where only one side has, they are 0.
 struct LabelScore {
   double precision = 0, recall = 0, f1 = 0;

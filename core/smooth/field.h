@@ -61,6 +61,12 @@ struct Field {
   std::vector<Vec3> upload_positions(const Mesh& mesh) const;
 };
 
+double Likelihood::change(const Field& field, Index vertex, const Vec3& to) const {
+  if (kind_ != LikelihoodKind::kQuadratic) return general_change(field, vertex, to);
+  const Vec3& measured = field.measured[vertex];
+  return weights_[vertex] * ((to - measured).squaredNorm() - (field.positions[vertex] - measured).squaredNorm());
+}
+
 /// What E needs to know of every edge and vertex, for the present positions, normals and labels.
 struct EdgeTerms {
   std::vector<double> potential;  ///< ρ(n_i − n_j), 0 where the edge is not interior

@@ -1,6 +1,7 @@
 #include "core/smooth/likelihood.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "core/smooth/field.h"
@@ -80,7 +81,33 @@ double Likelihood::energy(const Field& field, Index vertex) const {
   return weights_[vertex] * energy;
 }
 
-double Likelihood::change(const Field& field, Index vertex, const Vec3& to) const {
+Vec3 Likelihood::gradient_alone(Index vertex, const Vec3& displacement) const {
+  switch (kind_) {
+    case LikelihoodKind::kHuber:
+      return 2 * std::min(1.0, width_ / std::max(displacement.norm(), width_)) * displacement;
+    case LikelihoodKind::kAnisotropic: {
+      const Vec3 along = displacement.dot(direction(vertex)) * direction(vertex);
+      return 2 * (along + across_ * (displacement - along));
+    }
+    default:
+      return 2 * displacement;
+  }
+}
+
+Vec3 Likelihood::gradient(const Field& field, Index vertex) const {
+  Vec3 gradient = weights_[vertex] * gradient_alone(vertex, field.positions[vertex] - field.measured[vertex]);
+  if (kind_ != LikelihoodKind::kVolume) return gradient;
+  double slope = 0;
+  const auto add = [&](Index v) {
+    const Flow here = flow(field, v);
+    if (here.area > 0) slope += weights_[v] * 2 * here.volume / (here.area * here.area);
+  };
+  add(vertex);
+  for (const Index e : field.topology.vertex_edges[vertex]) add(other_end(field.topology.edges[e], vertex));
+  return gradient + volume_weight_ * slope * vertex_areas_[vertex];
+}
+
+double Likelihood::general_change(const Field& field, Index vertex, const Vec3& to) const {
   const Vec3& from = field.positions[vertex];
   const Vec3& measured = field.measured[vertex];
   double change = weights_[vertex] * (alone(vertex, to - measured) - alone(vertex, from - measured));

@@ -22,7 +22,10 @@ class Likelihood {
   double energy(const Field& field, Index vertex) const;
 
   /// The sum after `vertex` has moved to `to`, minus the sum now.
-  double change(const Field& field, Index vertex, const Vec3& to) const;
+  inline double change(const Field& field, Index vertex, const Vec3& to) const;
+
+  /// The derivative of the sum by the position of `vertex`.
+  Vec3 gradient(const Field& field, Index vertex) const;
 
   /// Whether U_L(v) depends on other vertices than v.
   bool sees_neighbors() const { return kind_ == LikelihoodKind::kVolume; }
@@ -34,6 +37,8 @@ class Likelihood {
     double square() const { return area > 0 ? volume * volume / (area * area) : 0; }
   };
 
+  double general_change(const Field& field, Index vertex, const Vec3& to) const;
+  Vec3 gradient_alone(Index vertex, const Vec3& displacement) const;
   double alone(Index vertex, const Vec3& displacement) const;
   Flow flow(const Field& field, Index vertex) const;
   double flow_change(const Field& field, Index vertex, const Vec3& step) const;

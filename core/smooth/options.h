@@ -2,11 +2,13 @@
 
 #include <cstdint>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
+#include "core/classical/classical.h"
 #include "core/mesh/mesh.h"
 
 namespace crease {
@@ -43,6 +45,9 @@ enum class Solver {
 /// Meaning, range and default of each field for users are in proto/crease/v1/parameters.proto; a test holds the
 /// defaults of both together.
 struct SmoothOptions {
+  std::optional<ClassicalMethod> classical_method;  ///< instead of the Markov random field; all below is not read then
+  ClassicalOptions classical;
+
   Process process = Process::kVertex;
   Solver solver = Solver::kMetropolis;
   std::uint32_t sweeps = 500;  ///< of the vertex process
@@ -70,6 +75,13 @@ struct SmoothOptions {
   double sharpness_limit = 180 * (std::numbers::pi / 180);  ///< edges beyond are no ridges
   double continuity_weight = 0.0;                           ///< of the change of φ along a ridge, per squared radian
   double ridge_line_weight = 0.0;                           ///< of the second difference of positions along a ridge
+
+  std::uint32_t rounds = 4;         ///< of the face process: anneal the normals, fit the vertices, measure again
+  std::uint32_t round_sweeps = 30;  ///< of the face process in a round
+  std::uint32_t fit_steps = 10;     ///< of the vertices at the end of a round
+  double normal_weight = 0.1;       ///< of the measured normals
+  double corner_weight = 0.5;       ///< of faces that share a vertex only, relative to neighbours across an edge
+  double normal_temperature_start = 0.02, normal_temperature_end = 0.0005;
 
   double label_temperature_start = 0.3, label_temperature_end = 0.022;
   double vertex_temperature_start = 0.1, vertex_temperature_end = 0.0005;

@@ -43,4 +43,18 @@ inline double smoothness_potential(Smoothness shape, double square, float width)
   return with_shape(shape, [&]<Smoothness kShape>() { return smoothness_potential<kShape>(square, width); });
 }
 
+/// dρ/d‖x‖² at a square above 0: the weight of the quadratic function that touches ρ there.
+inline float smoothness_slope(Smoothness shape, float square, float width) {
+  switch (shape) {
+    case Smoothness::kSquareRoot:
+      return 0.5F / std::sqrt(square);
+    case Smoothness::kHuber:
+      return square < width * width ? 1.0F : width / std::sqrt(square);
+    case Smoothness::kTruncated:
+      return square < width * width ? 1.0F : 0.0F;
+    default:
+      return 1.0F;
+  }
+}
+
 }  // namespace crease

@@ -66,6 +66,12 @@ Renumbering::Renumbering(const Mesh& given) {
   }
 }
 
+std::vector<double> Renumbering::renumbered(std::span<const double> values) const {
+  std::vector<double> result(values.size());
+  for (std::size_t v = 0; v < values.size(); ++v) result[new_vertex[v]] = values[v];
+  return result;
+}
+
 std::vector<Index> new_edges(const Renumbering& renumbering, const Topology& topology, const Topology& renumbered) {
   std::vector<Index> edges(topology.edges.size(), kNone);
   for (std::size_t f = 0; f < topology.face_edges.size(); ++f) {

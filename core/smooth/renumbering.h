@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "core/mesh/mesh.h"
@@ -11,6 +12,9 @@ namespace crease {
 /// surface lies together in memory. Scans often come in no order at all, and then every visit waits for main memory.
 struct Renumbering {
   explicit Renumbering(const Mesh& mesh);
+
+  /// Values per vertex of the given mesh, as `mesh` numbers them.
+  std::vector<double> renumbered(std::span<const double> values) const;
 
   Mesh mesh;
   std::vector<Index> new_vertex;  ///< per vertex of the given mesh

@@ -35,19 +35,29 @@ double RidgeStraightness::energy(const Field& field, Index vertex) const {
   return has_term(vertex) ? second_difference(field, vertex).squaredNorm() : 0;
 }
 
+template <typename Visit>
+void RidgeStraightness::visit_terms(const Field& field, Index vertex, Visit visit) const {
+  if (has_term(vertex)) visit(vertex, -2.0);
+  for (const Index e : field.topology.vertex_edges[vertex]) {
+    const Index other = other_end(field.topology.edges[e], vertex);
+    if (has_term(other) && (neighbors_[other][0] == vertex || neighbors_[other][1] == vertex)) visit(other, 1.0);
+  }
+}
+
 double RidgeStraightness::change(const Field& field, Index vertex, const Vec3& to) const {
   const Vec3 step = to - field.positions[vertex];
   double change = 0;
-  const auto add = [&](Index v, double times) {
+  visit_terms(field, vertex, [&](Index v, double times) {
     const Vec3 before = second_difference(field, v);
     change += (before + times * step).squaredNorm() - before.squaredNorm();
-  };
-  if (has_term(vertex)) add(vertex, -2);
-  for (const Index e : field.topology.vertex_edges[vertex]) {
-    const Index other = other_end(field.topology.edges[e], vertex);
-    if (has_term(other) && (neighbors_[other][0] == vertex || neighbors_[other][1] == vertex)) add(other, 1);
-  }
+  });
   return change;
+}
+
+Vec3 RidgeStraightness::gradient(const Field& field, Index vertex) const {
+  Vec3 gradient = Vec3::Zero();
+  visit_terms(field, vertex, [&](Index v, double times) { gradient += 2 * times * second_difference(field, v); });
+  return gradient;
 }
 
 }  // namespace crease

@@ -19,7 +19,14 @@ class RidgeStraightness {
   /// The sum of all terms after `vertex` has moved to `to`, minus the sum now.
   double change(const Field& field, Index vertex, const Vec3& to) const;
 
+  /// The derivative of the sum by the position of `vertex`.
+  Vec3 gradient(const Field& field, Index vertex) const;
+
  private:
+  /// Calls `visit(v, times)` for the terms at v that change when `vertex` moves by `step`: by `times · step` inside
+  /// ‖·‖.
+  template <typename Visit>
+  void visit_terms(const Field& field, Index vertex, Visit visit) const;
   bool has_term(Index vertex) const { return neighbors_[vertex][0] != kNone; }
   Vec3 second_difference(const Field& field, Index vertex) const;
 

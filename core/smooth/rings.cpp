@@ -1,81 +1,27 @@
 #include "core/smooth/rings.h"
 
 #include <algorithm>
-#include <array>
+
+#include "core/smooth/vertex_fans.h"
 
 namespace crease {
 namespace {
 
-/// A face as seen from one of its corners: in the order of turning, edge to b, edge between b and c, edge to c.
-struct Corner {
-  Index face = kNone, b = kNone, c = kNone;
-  Index edge_b = kNone, rim = kNone, edge_c = kNone;
-};
-
-/// Builds the blocks of one vertex after another; scratch is kept between them.
+/// Builds the blocks of one vertex after another.
 class RingBuilder {
  public:
-  RingBuilder(const Field& field, Index no_edge)
-      : field_(field), topology_(field.topology), no_edge_(no_edge), place_(field.faces.size(), 0) {}
+  RingBuilder(const Field& field, Index no_edge) : fans_(field), no_edge_(no_edge) {}
 
   void append(Index vertex, std::vector<Rings::Block>& blocks) {
-    const auto ring = topology_.vertex_faces[vertex];
-    corners_.clear();
-    for (const Index face : ring) {
-      place_[face] = corners_.size();
-      corners_.push_back(corner_at(face, vertex));
-    }
-    used_.assign(corners_.size(), 0);
-    // Open fans first, each from its beginning; what is left is closed.
-    for (std::size_t i = 0; i < corners_.size(); ++i) {
-      if (used_[i] == 0 && across(corners_[i], corners_[i].edge_b) == kNone) append_fan(i, blocks);
-    }
-    for (std::size_t i = 0; i < corners_.size(); ++i) {
-      if (used_[i] == 0) append_fan(i, blocks);
-    }
+    fans_.visit(vertex, [&](std::span<const Corner> fan, bool closed) {
+      for (std::size_t begin = 0; begin < fan.size(); begin += Rings::kFaces) {
+        const Corner* const before = begin > 0 ? &fan[begin - 1] : closed ? &fan.back() : nullptr;
+        blocks.push_back(block_of(fan.subspan(begin, std::min(Rings::kFaces, fan.size() - begin)), before));
+      }
+    });
   }
 
  private:
-  Corner corner_at(Index face, Index vertex) const {
-    const Triangle& corners = field_.faces[face];
-    const auto k = static_cast<std::size_t>(std::ranges::find(corners, vertex) - corners.begin());
-    Corner corner{face, corners[(k + 1) % 3], corners[(k + 2) % 3], kNone, kNone, kNone};
-    corner.edge_b = edge_between(face, vertex, corner.b);
-    corner.rim = edge_between(face, corner.b, corner.c);
-    corner.edge_c = edge_between(face, corner.c, vertex);
-    return corner;
-  }
-
-  Index edge_between(Index face, Index a, Index b) const {
-    for (const Index edge : topology_.face_edges[face]) {
-      if (edge != kNone && topology_.edges[edge] == Edge{std::min(a, b), std::max(a, b)}) return edge;
-    }
-    return kNone;
-  }
-
-  /// The face on the other side of an interior edge, kNone where there is none.
-  Index across(const Corner& corner, Index edge) const {
-    if (edge == kNone || !topology_.is_interior(edge)) return kNone;
-    const auto [f0, f1] = topology_.edge_faces[edge];
-    return f0 == corner.face ? f1 : f0;
-  }
-
-  void append_fan(std::size_t first, std::vector<Rings::Block>& blocks) {
-    fan_.clear();
-    for (std::size_t i = first;;) {
-      used_[i] = 1;
-      fan_.push_back(corners_[i]);
-      const Index next = across(corners_[i], corners_[i].edge_c);
-      if (next == kNone || used_[place_[next]] != 0) break;
-      i = place_[next];
-    }
-    const bool closed = across(fan_[0], fan_[0].edge_b) != kNone;
-    for (std::size_t begin = 0; begin < fan_.size(); begin += Rings::kFaces) {
-      const Corner* const before = begin > 0 ? &fan_[begin - 1] : closed ? &fan_.back() : nullptr;
-      blocks.push_back(block_of({&fan_[begin], std::min(Rings::kFaces, fan_.size() - begin)}, before));
-    }
-  }
-
   Rings::Block block_of(std::span<const Corner> corners, const Corner* before) const {
     Rings::Block block;
     block.face_count = static_cast<Index>(corners.size());
@@ -90,7 +36,7 @@ class RingBuilder {
       const std::size_t lane = k + 1;
       block.points[lane] = corners[k].b;
       block.faces[lane] = corners[k].face;
-      const Index outer = across(corners[k], corners[k].rim);
+      const Index outer = fans_.across(corners[k], corners[k].rim);
       if (outer != kNone) {
         block.outer_faces[lane] = outer;
         block.rim_edges[lane] = corners[k].rim;
@@ -100,12 +46,8 @@ class RingBuilder {
     return block;
   }
 
-  const Field& field_;
-  const Topology& topology_;
+  VertexFans fans_;
   Index no_edge_;
-  std::vector<std::size_t> place_;  ///< of a face among the corners at hand
-  std::vector<Corner> corners_, fan_;
-  std::vector<std::uint8_t> used_;
 };
 
 }  // namespace

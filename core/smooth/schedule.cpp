@@ -135,6 +135,19 @@ Schedule schedule_vertices(const Mesh& mesh, const Topology& topology, Neighborh
   return lay_out(blocks, phase_of, [&](Index before, Index next) { return colors[before] != colors[next]; });
 }
 
+Schedule schedule_faces(const Mesh& mesh) {
+  const std::size_t size = block_size(mesh.positions.size());
+  std::vector<std::vector<Index>> blocks(mesh.positions.size() / size + 1);
+  for (Index face = 0; face < mesh.triangles.size(); ++face) {
+    blocks[std::ranges::min(mesh.triangles[face]) / size].push_back(face);
+  }
+  blocks = without_empty(std::move(blocks));
+  const std::vector<std::size_t> phase_of = assign_phases(blocks, mesh.positions.size(), [&](Index face, auto&& visit) {
+    for (const Index vertex : mesh.triangles[face]) visit(vertex);
+  });
+  return lay_out(blocks, phase_of, [](Index, Index) { return false; });
+}
+
 Schedule schedule_edges(const Topology& topology) {
   const std::size_t vertices = topology.vertex_edges.size();
   const std::size_t size = block_size(vertices);

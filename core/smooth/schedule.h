@@ -31,6 +31,9 @@ enum class Neighborhood {
 Schedule schedule_vertices(const Mesh& mesh, const Topology& topology,
                            Neighborhood neighborhood = Neighborhood::kFirstOrder);
 
+/// Faces, neighbours where they share a vertex. A task is one run, in order.
+Schedule schedule_faces(const Mesh& mesh);
+
 /// Interior edges, neighbours where they share a vertex (§3.3, Fig. 2). A task is one run, in order.
 Schedule schedule_edges(const Topology& topology);
 

@@ -16,7 +16,7 @@ Index across(const Topology& topology, Index face, Index edge) {
   return f0 == face ? f1 : f0;
 }
 
-bool has_term(const Topology& topology, Index face) {
+bool is_inside(const Topology& topology, Index face) {
   return std::ranges::all_of(topology.face_edges[face],
                              [&](Index edge) { return edge != kNone && topology.is_interior(edge); });
 }
@@ -44,26 +44,26 @@ SecondDifference::SecondDifference(const std::vector<Vec3>& positions, const std
     return Vec3((positions[a] + positions[b] + positions[c]) / 3);
   };
   for (Index face = 0; face < faces.size(); ++face) {
-    if (!has_term(topology, face)) continue;
+    if (!is_inside(topology, face)) continue;
     std::array<Vec3, 3> corners;
     for (std::size_t k = 0; k < 3; ++k) corners[k] = centroid(across(topology, face, topology.face_edges[face][k]));
     weights_[face] = barycentric(centroid(face), corners);
   }
 }
 
-template <typename NormalOf>
-double SecondDifference::square(const Field& field, Index face, NormalOf normal_of) const {
-  const std::array<float, 3>& weights = weights_[face];
-  if (weights[0] == 0) return 0;
-  UnitNormal difference = normal_of(face);
-  for (std::size_t k = 0; k < 3; ++k) {
-    difference -= weights[k] * normal_of(across(field.topology, face, field.topology.face_edges[face][k]));
-  }
-  return static_cast<double>(difference.squaredNorm());
+Index SecondDifference::neighbor(const Field& field, Index face, std::size_t k) {
+  return across(field.topology, face, field.topology.face_edges[face][k]);
 }
 
 double SecondDifference::square(const Field& field, Index face) const {
-  return square(field, face, [&](Index f) { return field.normals[f]; });
+  return static_cast<double>(
+      of(field, face, [&](Index f) -> const UnitNormal& { return field.normals[f]; }).squaredNorm());
+}
+
+double SecondDifference::weight(const Field& field, Index face, Index edge) const {
+  const auto& edges = field.topology.face_edges[face];
+  const auto k = static_cast<std::size_t>(std::ranges::find(edges, edge) - edges.begin());
+  return static_cast<double>(weights_[face][k]);
 }
 
 double SecondDifference::gate(const Field& field, Index face, Index except) {
@@ -90,7 +90,8 @@ double SecondDifference::change(const Field& field, const Moved& moved) const {
   affected.erase(std::unique(affected.begin(), affected.end()), affected.end());
   double change = 0;
   for (const Index face : affected) {
-    change += gate(field, face) * (square(field, face, normal_after) - square(field, face));
+    const auto after = static_cast<double>(of(field, face, normal_after).squaredNorm());
+    change += gate(field, face) * (after - square(field, face));
   }
   return change;
 }

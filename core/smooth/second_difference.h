@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -21,8 +22,22 @@ class SecondDifference {
  public:
   SecondDifference(const std::vector<Vec3>& positions, const std::vector<Triangle>& faces, const Topology& topology);
 
-  /// ‖n_f − Σ w_k n_k‖² with the field's normals.
+  /// n_f − Σ w_k n_k with normals `normal_of(face)`; zero where there is no term.
+  template <typename NormalOf>
+  auto of(const Field& field, Index face, NormalOf normal_of) const {
+    using Normal = std::decay_t<decltype(normal_of(face))>;
+    using Number = typename Normal::Scalar;
+    Normal difference = has_term(face) ? normal_of(face) : Normal::Zero().eval();
+    if (!has_term(face)) return difference;
+    for (std::size_t k = 0; k < 3; ++k) {
+      difference -= static_cast<Number>(weights_[face][k]) * normal_of(neighbor(field, face, k));
+    }
+    return difference;
+  }
+  /// ‖·‖² of it with the field's normals.
   double square(const Field& field, Index face) const;
+  /// w of the neighbour across `edge`.
+  double weight(const Field& field, Index face, Index edge) const;
 
   /// Π(1 − ε) over the face's edges, without the edge `except`.
   static double gate(const Field& field, Index face, Index except = kNone);
@@ -32,8 +47,8 @@ class SecondDifference {
   double change(const Field& field, const Moved& moved) const;
 
  private:
-  template <typename NormalOf>
-  double square(const Field& field, Index face, NormalOf normal_of) const;
+  bool has_term(Index face) const { return weights_[face][0] > 0; }
+  static Index neighbor(const Field& field, Index face, std::size_t k);
 
   std::vector<std::array<float, 3>> weights_;  ///< per face; all 0 where there is no term
 };

@@ -2,6 +2,8 @@
 
 #include <atomic>
 #include <functional>
+#include <span>
+#include <string_view>
 #include <vector>
 
 #include "core/mesh/mesh.h"
@@ -21,12 +23,13 @@ struct Energy {
 
 /// What a sweep did.
 struct SweepRecord {
-  std::uint32_t sweep = 0;  ///< from 1
+  std::uint32_t sweep = 0;  ///< from 1, through all stages
+  std::string_view stage;   ///< what was sampled beside the labels: "vertex" or "face"
   Energy energy;            ///< after the sweep, with the final weights α, β, γ, κ so that sweeps can be compared
-  double likelihood_weight = 0;
-  double vertex_temperature = 0, label_temperature = 0;
-  double step_size = 0;  ///< in mean edge lengths
-  double vertex_acceptance = 0, label_acceptance = 0;
+  double likelihood_weight = 0;  ///< α, or the weight of the measured normals
+  double temperature = 0, label_temperature = 0;
+  double step_size = 0;  ///< in mean edge lengths, or in radians of a normal
+  double acceptance = 0, label_acceptance = 0;
   std::uint32_t ridge_edges = 0;  ///< labels ≥ 0.5
   double rms_displacement = 0;    ///< in mean edge lengths
 };
@@ -51,13 +54,14 @@ struct SmoothResult {
   std::vector<Vec3> positions;
   std::vector<double> labels;  ///< per edge of the topology, in [0, 1]; 0 where the edge is not interior
   std::vector<SweepRecord> sweeps;
-  std::uint64_t vertex_proposals = 0, label_proposals = 0;
+  std::uint64_t site_proposals = 0, label_proposals = 0;
   double seconds = 0;
   bool cancelled = false;
 };
 
-/// The coupled vertex and edge process of §3.4, annealed by the Metropolis sampler of §3.5. The same mesh, options and
-/// seed give the same bits for any number of threads.
-SmoothResult smooth(const Mesh& measured, const Topology& topology, const SmoothOptions& options, RunContext& context);
+/// The coupled processes of §3.4, annealed (§3.5). `weights` of the likelihood per vertex, empty for 1 everywhere. The
+/// same mesh, options and seed give the same bits for any number of threads.
+SmoothResult smooth(const Mesh& measured, const Topology& topology, const SmoothOptions& options, RunContext& context,
+                    std::span<const double> weights = {});
 
 }  // namespace crease

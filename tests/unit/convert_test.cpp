@@ -69,8 +69,8 @@ TEST(ProgressMessage, SaysHowFarAndHowLongStill) {
   SweepRecord record;
   record.sweep = 25;
   record.energy = {.likelihood = 1, .smoothness = 2, .sharpness = -4, .support = 0.5};
-  record.vertex_temperature = 0.125;
-  record.vertex_acceptance = 0.5;
+  record.temperature = 0.125;
+  record.acceptance = 0.5;
   const v1::Progress progress = to_message(SweepView{record, 100, 3.0, {}, {}});
   EXPECT_EQ(progress.fraction(), 0.25);
   EXPECT_EQ(progress.eta_seconds(), 9.0);

@@ -134,7 +134,7 @@ TEST(Smooth, RecordsEverySweepAndFollowsItsSchedules) {
     }
   };
   expect_geometric(&SweepRecord::likelihood_weight, options.likelihood_weight_start, options.likelihood_weight);
-  expect_geometric(&SweepRecord::vertex_temperature, options.vertex_temperature_start, options.vertex_temperature_end);
+  expect_geometric(&SweepRecord::temperature, options.vertex_temperature_start, options.vertex_temperature_end);
   expect_geometric(&SweepRecord::label_temperature, options.label_temperature_start, options.label_temperature_end);
   for (std::size_t i = 0; i < result.sweeps.size(); ++i) EXPECT_EQ(result.sweeps[i].sweep, i + 1);
 }
@@ -145,7 +145,7 @@ TEST(Smooth, TheStepSizeFollowsTheAcceptanceRate) {
     SmoothOptions options = short_run(250);
     options.step_size = start;
     options.vertex_temperature_start = options.vertex_temperature_end = 0.01;
-    EXPECT_NEAR(run(noisy, options).sweeps.back().vertex_acceptance, 0.4, 0.1) << start;
+    EXPECT_NEAR(run(noisy, options).sweeps.back().acceptance, 0.4, 0.1) << start;
   }
 }
 

@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <utility>
+
+#include "core/features/segment_moves.h"
+
+namespace crease {
+namespace {
+
+constexpr double kNegligible = 1e-9;
+
+/// What the segments have in common, pair by pair.
+struct Border {
+  Index a, b;  ///< a < b
+  double cost;
+};
+
+class Coarsening {
+ public:
+  Coarsening(const SegmentField& field, std::vector<Index>& segments)
+      : segments_(segments), region_count_(segments.empty() ? 0 : *std::ranges::max_element(segments) + 1) {
+    const Topology& topology = field.topology();
+    for (Index e = 0; e < topology.edges.size(); ++e) {
+      if (!topology.is_interior(e)) continue;
+      const auto [a, b] = std::minmax(segments[topology.edge_faces[e][0]], segments[topology.edge_faces[e][1]]);
+      if (a != b) borders_.push_back({a, b, field.border_cost(e)});
+    }
+    add_up_borders();
+  }
+
+  void run() {
+    while (contract() * kWorthwhile > region_count_) {
+    }
+  }
+
+ private:
+  static constexpr Index kWorthwhile = 20;
+
+  /// Joins borders between the same two.
+  void add_up_borders() {
+    std::ranges::sort(borders_, [](const Border& x, const Border& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
+    std::size_t last = 0;
+    for (std::size_t i = 1; i < borders_.size(); ++i) {
+      if (borders_[i].a == borders_[last].a && borders_[i].b == borders_[last].b) {
+        borders_[last].cost += borders_[i].cost;
+      } else {
+        borders_[++last] = borders_[i];
+      }
+    }
+    if (!borders_.empty()) borders_.resize(last + 1);
+  }
+
+  /// Settles ties without favouring an end of the mesh, where chains of them would be contracted one by one.
+  static std::uint64_t scrambled(const Border& border) {
+    const std::uint64_t mixed = (std::uint64_t{border.a} << 32 | border.b) * 0x9e3779b97f4a7c15U;
+    return (mixed ^ mixed >> 29) * 0xbf58476d1ce4e5b9U;
+  }
+
+  static bool is_better(const Border& border, const Border& than) {
+    return border.cost != than.cost ? border.cost > than.cost : scrambled(border) > scrambled(than);
+  }
+
+  /// The number of the border by which each region saves most, kNone where it saves nothing.
+  std::vector<Index> best_borders() const {
+    std::vector<Index> best(region_count_, kNone);
+    for (Index i = 0; i < borders_.size(); ++i) {
+      if (borders_[i].cost <= kNegligible) continue;
+      for (const Index region : {borders_[i].a, borders_[i].b}) {
+        if (best[region] == kNone || is_better(borders_[i], borders_[best[region]])) best[region] = i;
+      }
+    }
+    return best;
+  }
+
+  /// One round; the number of pairs contracted.
+  Index contract() {
+    const std::vector<Index> best = best_borders();
+    std::vector<Index> renamed(region_count_, kNone);
+    Index next = 0;
+    for (Index r = 0; r < region_count_; ++r) {
+      if (renamed[r] != kNone) continue;
+      renamed[r] = next++;
+      if (best[r] == kNone) continue;
+      const Border& border = borders_[best[r]];
+      const Index other = border.a == r ? border.b : border.a;
+      if (best[other] == best[r]) renamed[other] = renamed[r];
+    }
+    rename(renamed);
+    return std::exchange(region_count_, next) - next;
+  }
+
+  void rename(const std::vector<Index>& renamed) {
+    for (Index& segment : segments_) segment = renamed[segment];
+    for (Border& border : borders_) {
+      const auto [a, b] = std::minmax(renamed[border.a], renamed[border.b]);
+      border.a = a;
+      border.b = b;
+    }
+    std::erase_if(borders_, [](const Border& border) { return border.a == border.b; });
+    add_up_borders();
+  }
+
+  std::vector<Index>& segments_;
+  Index region_count_;
+  std::vector<Border> borders_;
+};
+
+}  // namespace
+
+void coarsen_segments(const SegmentField& field, std::vector<Index>& segments) { Coarsening(field, segments).run(); }
+
+}  // namespace crease

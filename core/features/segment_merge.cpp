@@ -1,0 +1,108 @@
+#include <algorithm>
+#include <map>
+#include <queue>
+
+#include "core/features/segment_moves.h"
+
+namespace crease {
+namespace {
+
+constexpr double kNegligible = 1e-9;
+
+/// A pair of neighbours as it was when it was queued.
+struct Candidate {
+  double border_cost;
+  Index a, b;  ///< a < b
+  /// The dearest border comes out of a queue first.
+  bool operator<(const Candidate& other) const {
+    if (border_cost != other.border_cost) return border_cost < other.border_cost;
+    return a != other.a ? a > other.a : b > other.b;
+  }
+};
+
+class RegionGraph {
+ public:
+  RegionGraph(const SegmentField& field, const std::vector<Index>& segments)
+      : field_(field), parent_(segments.empty() ? 0 : *std::ranges::max_element(segments) + std::size_t{1}) {
+    area_.assign(parent_.size(), 0);
+    borders_.resize(parent_.size());
+    for (Index r = 0; r < parent_.size(); ++r) parent_[r] = r;
+    for (Index f = 0; f < segments.size(); ++f) area_[segments[f]] += field.area(f);
+    const Topology& topology = field.topology();
+    for (Index e = 0; e < topology.edges.size(); ++e) {
+      if (!topology.is_interior(e)) continue;
+      const Index a = segments[topology.edge_faces[e][0]], b = segments[topology.edge_faces[e][1]];
+      if (a == b) continue;
+      borders_[a][b] += field.border_cost(e);
+      borders_[b][a] += field.border_cost(e);
+    }
+  }
+
+  void merge_while_it_saves() {
+    for (Index r = 0; r < borders_.size(); ++r) {
+      for (const auto& [neighbour, cost] : borders_[r]) {
+        if (r < neighbour) enqueue(r, neighbour, cost);
+      }
+    }
+    while (!queue_.empty()) {
+      const Candidate best = queue_.top();
+      queue_.pop();
+      if (still_saves(best)) merge(best.a, best.b);
+    }
+  }
+
+  Index root(Index region) {
+    while (parent_[region] != region) region = parent_[region] = parent_[parent_[region]];
+    return region;
+  }
+
+ private:
+  /// Where this is not positive it never will be unless the border changes: the part of the sizes only falls.
+  double saving(Index a, Index b, double border_cost) const {
+    return border_cost + field_.smallness(area_[a]) + field_.smallness(area_[b]) -
+           field_.smallness(area_[a] + area_[b]);
+  }
+
+  void enqueue(Index a, Index b, double border_cost) {
+    if (saving(a, b, border_cost) > kNegligible) queue_.push({border_cost, std::min(a, b), std::max(a, b)});
+  }
+
+  bool still_saves(const Candidate& pair) const {
+    const auto border = borders_[pair.a].find(pair.b);
+    return border != borders_[pair.a].end() && border->second == pair.border_cost &&
+           saving(pair.a, pair.b, pair.border_cost) > kNegligible;
+  }
+
+  /// Into the one with more neighbours, so that no border moves more than a logarithmic number of times.
+  void merge(Index a, Index b) {
+    if (borders_[a].size() < borders_[b].size()) std::swap(a, b);
+    parent_[b] = a;
+    area_[a] += area_[b];
+    borders_[a].erase(b);
+    borders_[b].erase(a);
+    for (const auto& [neighbour, cost] : borders_[b]) {
+      const double sum = borders_[a][neighbour] += cost;
+      borders_[neighbour].erase(b);
+      borders_[neighbour][a] = sum;
+      enqueue(a, neighbour, sum);
+    }
+    borders_[b].clear();
+  }
+
+  const SegmentField& field_;
+  std::vector<Index> parent_;
+  std::vector<double> area_;
+  std::vector<std::map<Index, double>> borders_;  ///< per region, what the border to each neighbour costs
+  std::priority_queue<Candidate> queue_;
+};
+
+}  // namespace
+
+void merge_segments(const SegmentField& field, std::vector<Index>& segments) {
+  coarsen_segments(field, segments);
+  RegionGraph graph(field, segments);
+  graph.merge_while_it_saves();
+  for (Index& segment : segments) segment = graph.root(segment);
+}
+
+}  // namespace crease

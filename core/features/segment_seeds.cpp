@@ -1,0 +1,128 @@
+#include <algorithm>
+
+#include "core/features/segment_moves.h"
+
+namespace crease {
+namespace {
+
+/// Faces by their distance from ridges, far ones first flooded.
+class Watershed {
+ public:
+  explicit Watershed(const SegmentField& field) : field_(field), basin_(field.face_count(), kNone) {}
+
+  std::vector<Index> flood() {
+    const std::uint32_t most = field_.options().gap_rings;
+    std::vector<std::vector<Index>> levels(most + 1);
+    for (Index f = 0; f < basin_.size(); ++f) levels[level_of(f)].push_back(f);
+    for (auto level = levels.rbegin(); level != levels.rend(); ++level) {
+      extend_basins(*level);
+      open_basins(*level);
+    }
+    return std::move(basin_);
+  }
+
+ private:
+  std::uint32_t level_of(Index face) const {
+    std::uint32_t least = field_.options().gap_rings;
+    for (const Index e : field_.topology().face_edges[face]) {
+      if (e == kNone) continue;
+      const auto [v0, v1] = field_.topology().edges[e];
+      least = std::min({least, field_.rings_from_ridges(v0), field_.rings_from_ridges(v1)});
+    }
+    return least;
+  }
+
+  /// Takes the level's faces into the basins that they touch, ring by ring.
+  void extend_basins(const std::vector<Index>& level) {
+    std::vector<Index> ring;
+    for (const Index f : level) {
+      if (touched_basin(f) != kNone) ring.push_back(f);
+    }
+    in_level_.assign(basin_.size(), 0);
+    for (const Index f : level) in_level_[f] = 1;
+    std::vector<Index> basins, next;
+    while (!ring.empty()) {
+      basins.clear();
+      for (const Index f : ring) basins.push_back(touched_basin(f));
+      for (std::size_t i = 0; i < ring.size(); ++i) basin_[ring[i]] = basins[i];
+      next.clear();
+      for (const Index f : ring) {
+        for_each_passage(f, [&](Index, Index other) {
+          if (basin_[other] == kNone && in_level_[other] == 1) {
+            in_level_[other] = 2;
+            next.push_back(other);
+          }
+        });
+      }
+      ring.swap(next);
+    }
+  }
+
+  /// A basin for each connected part of what is left of the level.
+  void open_basins(const std::vector<Index>& level) {
+    std::vector<Index> queue;
+    for (const Index seed : level) {
+      if (basin_[seed] != kNone) continue;
+      basin_[seed] = count_;
+      queue.assign(1, seed);
+      for (std::size_t i = 0; i < queue.size(); ++i) {
+        for_each_passage(queue[i], [&](Index, Index other) {
+          if (basin_[other] != kNone || in_level_[other] == 0) return;
+          basin_[other] = count_;
+          queue.push_back(other);
+        });
+      }
+      ++count_;
+    }
+  }
+
+  /// The basin across the edge where a border would cost most; kNone where no neighbour has one.
+  Index touched_basin(Index face) const {
+    Index basin = kNone;
+    double highest = 0;
+    for_each_passage(face, [&](Index edge, Index other) {
+      if (basin_[other] == kNone || (basin != kNone && field_.border_cost(edge) <= highest)) return;
+      basin = basin_[other];
+      highest = field_.border_cost(edge);
+    });
+    return basin;
+  }
+
+  template <typename Visit>
+  void for_each_passage(Index face, Visit visit) const {
+    for_each_neighbour(field_.topology(), face, [&](Index edge, Index other) {
+      if (!field_.is_ridge(edge)) visit(edge, other);
+    });
+  }
+
+  const SegmentField& field_;
+  std::vector<Index> basin_;  ///< per face
+  std::vector<std::uint8_t> in_level_;
+  Index count_ = 0;
+};
+
+}  // namespace
+
+std::vector<Index> seed_segments(const SegmentField& field) { return Watershed(field).flood(); }
+
+Index split_segments(const Topology& topology, std::vector<Index>& segments) {
+  std::vector<Index> parts(segments.size(), kNone), queue;
+  Index count = 0;
+  for (Index seed = 0; seed < parts.size(); ++seed) {
+    if (parts[seed] != kNone) continue;
+    parts[seed] = count;
+    queue.assign(1, seed);
+    for (std::size_t i = 0; i < queue.size(); ++i) {
+      for_each_neighbour(topology, queue[i], [&](Index, Index other) {
+        if (parts[other] != kNone || segments[other] != segments[seed]) return;
+        parts[other] = count;
+        queue.push_back(other);
+      });
+    }
+    ++count;
+  }
+  segments = std::move(parts);
+  return count;
+}
+
+}  // namespace crease

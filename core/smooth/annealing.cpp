@@ -1,0 +1,72 @@
+#include "core/smooth/annealing.h"
+
+#include <cmath>
+
+namespace crease {
+namespace {
+
+constexpr std::size_t kChunk = 8192;
+/// The labels are averaged over the part of a stage after this time.
+constexpr double kAverageFrom = 0.85;
+
+}  // namespace
+
+double scheduled(double start, double end, double time) {
+  return start > 0 && end > 0 ? start * std::pow(end / start, time) : start + (end - start) * time;
+}
+
+Annealing::Annealing(const Mesh& mesh_, const Topology& topology, const SmoothOptions& options_,
+                     std::span<const double> weights)
+    : options(options_),
+      mesh(mesh_),
+      team(options.threads),
+      field(mesh, topology, options, weights),
+      final_model(EnergyModel::final_of(options)),
+      edge_schedule_(schedule_edges(topology)) {
+  update_terms();
+}
+
+void Annealing::label_edges(const EnergyModel& model, std::uint32_t sweep, double time, SweepRecord& record) {
+  record.label_temperature = scheduled(options.label_temperature_start, options.label_temperature_end, time);
+  if (!options.edge_process) return;
+  EdgeProcess edges(field, terms_, model);
+  if (options.solver == Solver::kMeanField) {
+    edges.relax(edge_schedule_, record.label_temperature, team);
+    return;
+  }
+  const CounterRandom random(options.seed, RandomStream::kEdgeProcess);
+  record.label_acceptance = edges.sweep(edge_schedule_, random, sweep, record.label_temperature, team).acceptance();
+  if (time >= kAverageFrom) average_labels();
+}
+
+void Annealing::measure(SweepRecord& record) {
+  record.energy = energy(field, terms_, final_model, team);
+  record.ridge_edges = block_sum<std::uint32_t>(
+      field.labels.size(), team, [&](std::size_t e) { return field.labels[e] >= kRidgeThreshold ? 1U : 0U; });
+  const auto squares = block_sum<double>(field.positions.size(), team, [&](std::size_t v) {
+    return (field.positions[v] - field.measured[v]).squaredNorm();
+  });
+  record.rms_displacement = std::sqrt(squares / static_cast<double>(field.positions.size()));
+}
+
+std::vector<double> Annealing::expected_labels() const {
+  std::vector<double> labels = field.labels;
+  if (averaged_sweeps_ == 0) return labels;
+  for (std::size_t e = 0; e < labels.size(); ++e) labels[e] = label_sums_[e] / averaged_sweeps_;
+  return labels;
+}
+
+void Annealing::restart_average() {
+  label_sums_.clear();
+  averaged_sweeps_ = 0;
+}
+
+void Annealing::average_labels() {
+  label_sums_.resize(field.labels.size(), 0);
+  team.run(label_sums_.size(), kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t e = begin; e < end; ++e) label_sums_[e] += field.labels[e];
+  });
+  ++averaged_sweeps_;
+}
+
+}  // namespace crease

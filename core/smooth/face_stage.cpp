@@ -1,0 +1,72 @@
+#include "core/smooth/annealing.h"
+#include "core/smooth/face_process.h"
+#include "core/smooth/step_size.h"
+#include "core/smooth/vertex_fit.h"
+
+namespace crease {
+namespace {
+
+class FaceStage : public Stage {
+ public:
+  explicit FaceStage(Annealing& annealing)
+      : annealing_(annealing),
+        options_(annealing.options),
+        schedule_(schedule_faces(annealing.mesh)),
+        process_(annealing.field, options_.normal_weight, options_.corner_weight),
+        step_(options_.step_size) {
+    process_.measure(annealing.team);
+  }
+
+  std::uint32_t sweeps() const override { return options_.rounds * options_.round_sweeps; }
+  std::uint64_t sites() const override { return schedule_.sites.size(); }
+
+  void sweep(std::uint32_t index, std::uint32_t number, SweepRecord& record) override {
+    const std::uint32_t in_round = index % options_.round_sweeps;
+    const double time = options_.round_sweeps > 1 ? static_cast<double>(in_round) / (options_.round_sweeps - 1) : 1.0;
+    record.stage = "face";
+    record.likelihood_weight = options_.normal_weight;
+    annealing_.label_edges(annealing_.final_model, number, time, record);
+    process_.set_model(annealing_.final_model, annealing_.team);
+    if (options_.solver == Solver::kMeanField) {
+      process_.relax(schedule_, annealing_.team);
+    } else {
+      propose(number, time, record);
+    }
+    annealing_.update_terms();
+    annealing_.measure(record);
+    record.energy.likelihood = process_.likelihood(annealing_.team);
+    record.energy.smoothness = process_.smoothness(annealing_.team);
+    if (in_round + 1 == options_.round_sweeps) end_round(index + 1 == sweeps());
+  }
+
+ private:
+  void propose(std::uint32_t number, double time, SweepRecord& record) {
+    record.temperature = scheduled(options_.normal_temperature_start, options_.normal_temperature_end, time);
+    record.step_size = step_.value();
+    const CounterRandom random(options_.seed, RandomStream::kFaceProcess);
+    record.acceptance =
+        process_.sweep(schedule_, random, number, record.temperature, step_.value(), annealing_.team).acceptance();
+    step_.adapt(record.acceptance);
+  }
+
+  /// The normals of the fitted mesh are the measured ones of the next round.
+  void end_round(bool last) {
+    fit_vertices(annealing_.field, options_.fit_steps, annealing_.team);
+    annealing_.field.update_normals(annealing_.team);
+    annealing_.update_terms();
+    process_.measure(annealing_.team);
+    if (!last) annealing_.restart_average();
+  }
+
+  Annealing& annealing_;
+  const SmoothOptions& options_;
+  Schedule schedule_;
+  FaceProcess process_;
+  StepSize step_;
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_face_stage(Annealing& annealing) { return std::make_unique<FaceStage>(annealing); }
+
+}  // namespace crease

@@ -1,0 +1,321 @@
+#include "core/classical/classical.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "core/classical/diebel.h"
+#include "core/classical/fuzzy_vector_median.h"
+#include "core/classical/methods.h"
+#include "core/measure/measure.h"
+#include "core/measure/noise.h"
+#include "tests/support/meshes.h"
+
+namespace crease {
+namespace {
+
+using enum ClassicalMethod;
+constexpr std::array kAll{kFuzzyVectorMedian, kTaubin,       kMeanCurvatureFlow, kAnisotropicFlow,
+                          kNormalDiffusion,   kNonIterative, kBilateral,         kDiebel};
+
+std::string name_of(ClassicalMethod method) {
+  constexpr std::array kNames{"fuzzy vector median", "Taubin",        "mean curvature flow", "anisotropic flow",
+                              "normal diffusion",    "non-iterative", "bilateral",           "Diebel"};
+  return kNames.at(static_cast<std::size_t>(method));
+}
+
+Mesh denoised(const Mesh& mesh, ClassicalMethod method, const ClassicalOptions& options = {}) {
+  return {denoise(mesh, build_topology(mesh), method, options).positions, mesh.triangles};
+}
+
+Mesh noisy_sphere(int subdivisions = 3) {
+  return add_noise(test::icosphere(subdivisions), 0.2, 1, NoiseKind::kGaussian);
+}
+
+double largest_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  double largest = 0;
+  for (std::size_t v = 0; v < a.size(); ++v) largest = std::max(largest, (a[v] - b[v]).norm());
+  return largest;
+}
+
+double mean_radius(const Mesh& mesh) {
+  double sum = 0;
+  for (const Vec3& position : mesh.positions) sum += position.norm();
+  return sum / static_cast<double>(mesh.positions.size());
+}
+
+double volume_change(const Mesh& before, const Mesh& after) {
+  return relative_volume_change(before, build_topology(before), after.positions);
+}
+
+Surface shaken_surface(const Mesh& mesh, const Topology& topology) {
+  Surface surface(mesh, topology);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> amount(-0.1, 0.1);
+  for (Vec3& position : surface.positions) position += Vec3(amount(random), amount(random), amount(random));
+  return surface;
+}
+
+/// A grid with vertices anywhere in their cells, on the plane through the origin across (1, 2, 2).
+Mesh tilted_plane() {
+  Mesh mesh = test::grid(9, 8);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> amount(-0.2, 0.2);
+  const auto tilt = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), Vec3(1, 2, 2));
+  for (Vec3& position : mesh.positions) position = tilt * Vec3(position + Vec3(amount(random), amount(random), 0));
+  return mesh;
+}
+
+/// Three noisy grids bound along the y axis, the i-th turned by the i-th angle: an edge of the spine has three faces.
+Mesh book(const std::array<double, 3>& angles) {
+  constexpr double kOnSpine = 1e-9;
+  const Mesh page = test::grid(6, 6);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> amount(-0.3, 0.3);
+  Mesh mesh;
+  for (const Vec3& position : page.positions) {
+    if (position.x() < kOnSpine) mesh.positions.push_back(position);
+  }
+  for (const double angle : angles) {
+    std::vector<Index> place;
+    Index on_spine = 0;
+    for (const Vec3& position : page.positions) {
+      const bool is_spine = position.x() < kOnSpine;
+      place.push_back(is_spine ? on_spine++ : static_cast<Index>(mesh.positions.size()));
+      if (is_spine) continue;
+      mesh.positions.push_back(Eigen::AngleAxisd(angle, Vec3::UnitY()) * (position + Vec3(0, 0, amount(random))));
+    }
+    for (const auto& [a, b, c] : page.triangles) mesh.triangles.push_back({place[a], place[b], place[c]});
+  }
+  return mesh;
+}
+
+TEST(Classical, LeavesAPlaneAPlane) {
+  const Mesh plane = tilted_plane();
+  for (const ClassicalMethod method : kAll) {
+    for (const Vec3& position : denoised(plane, method).positions) {
+      EXPECT_NEAR(position.dot(Vec3(1, 2, 2) / 3), 0, 1e-9) << name_of(method);
+    }
+  }
+}
+
+TEST(Classical, MovesTurnsAndScalesWithTheInput) {
+  const Mesh mesh = noisy_sphere();
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.8, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  const auto transform = [&](std::vector<Vec3> positions) {
+    for (Vec3& position : positions) position = 25 * (turn * position) + Vec3(100, -40, 30);
+    return positions;
+  };
+  for (const ClassicalMethod method : kAll) {
+    ClassicalOptions options;
+    if (method == kDiebel) options.iterations = 20;  // its line search may decide otherwise on a last bit
+    const Mesh moved{transform(mesh.positions), mesh.triangles};
+    EXPECT_LT(largest_distance(denoised(moved, method, options).positions,
+                               transform(denoised(mesh, method, options).positions)),
+              1e-5)
+        << name_of(method);
+  }
+}
+
+TEST(Classical, BringsANoisySphereCloserToTheSphere) {
+  const Mesh sphere = test::icosphere(4), noisy = noisy_sphere(4);
+  const double before = measure(sphere, noisy).mean_normal_error_deg;
+  for (const ClassicalMethod method : kAll) {
+    EXPECT_LT(measure(sphere, denoised(noisy, method)).mean_normal_error_deg, 0.5 * before) << name_of(method);
+  }
+}
+
+TEST(Classical, SurvivesEveryMeshAndKeepsItsBoundaries) {
+  for (const auto& [name, clean, manifold, closed, degenerate] : test::mesh_family()) {
+    for (const Mesh& mesh : {clean, add_noise(clean, 0.4, 1, NoiseKind::kGaussian)}) {
+      const Topology topology = build_topology(mesh);
+      for (const ClassicalMethod method : kAll) {
+        const std::vector<Vec3> positions = denoise(mesh, topology, method).positions;
+        ASSERT_EQ(positions.size(), mesh.positions.size());
+        for (std::size_t v = 0; v < positions.size(); ++v) {
+          ASSERT_TRUE(positions[v].allFinite()) << name << ", " << name_of(method);
+          if (!topology.vertex_edges[v].empty()) continue;
+          EXPECT_EQ(positions[v], mesh.positions[v]) << name << ", " << name_of(method);
+        }
+        for (std::size_t e = 0; e < topology.edges.size(); ++e) {
+          if (topology.is_interior(e)) continue;
+          const auto [v0, v1] = topology.edges[e];
+          EXPECT_EQ(positions[v0], mesh.positions[v0]) << name << ", " << name_of(method);
+          EXPECT_EQ(positions[v1], mesh.positions[v1]) << name << ", " << name_of(method);
+        }
+      }
+    }
+  }
+}
+
+TEST(Classical, SmoothsNothingAcrossNonManifoldEdges) {
+  const Mesh one = book({0, 2, 4}), folded_otherwise = book({0, 1.2, 5.5});
+  const std::size_t first_page_end = 7 + (one.positions.size() - 7) / 3;
+  ASSERT_EQ(one.positions.size(), 7 + 3 * 42U);
+  for (const ClassicalMethod method : kAll) {
+    ClassicalOptions options;
+    if (method == kDiebel) options.likelihood_weight = 8;  // all pages share one line search: compare the minima
+    if (method == kDiebel) options.iterations = 3000;
+    std::vector<Vec3> a = denoised(one, method, options).positions;
+    std::vector<Vec3> b = denoised(folded_otherwise, method, options).positions;
+    a.resize(first_page_end);
+    b.resize(first_page_end);
+    EXPECT_LT(largest_distance(a, b), 1e-6) << name_of(method);
+  }
+}
+
+TEST(Classical, LeavesMeshesWithoutExtentAndBearsExtremeScales) {
+  Mesh point = test::icosphere(1);
+  for (Vec3& position : point.positions) position = Vec3(1, 2, 3);
+  for (const ClassicalMethod method : kAll) {
+    EXPECT_EQ(denoised(point, method).positions, point.positions) << name_of(method);
+    EXPECT_EQ(denoised(Mesh{{{1, 2, 3}}, {}}, method).positions.size(), 1U) << name_of(method);
+    for (const double scale : {1e-200, 1e300, std::numeric_limits<double>::max()}) {
+      Mesh mesh = noisy_sphere(2);
+      for (Vec3& position : mesh.positions) position *= scale / 2;
+      for (const Vec3& position : denoised(mesh, method).positions) {
+        EXPECT_TRUE(position.allFinite()) << name_of(method) << " at " << scale;
+      }
+    }
+  }
+}
+
+TEST(Classical, GivesTheSameBitsAgain) {
+  const Mesh mesh = noisy_sphere();
+  for (const ClassicalMethod method : kAll) {
+    EXPECT_EQ(denoised(mesh, method).positions, denoised(mesh, method).positions) << name_of(method);
+  }
+}
+
+TEST(Classical, StopsWhenTheCallbackSaysSo) {
+  const Mesh mesh = noisy_sphere();
+  const Topology topology = build_topology(mesh);
+  for (const ClassicalMethod method : kAll) {
+    const std::uint32_t wanted = method == kNonIterative ? 1 : 2;
+    std::uint32_t calls = 0;
+    const ClassicalResult stopped = denoise(mesh, topology, method, {}, [&](const ClassicalView& view) {
+      EXPECT_EQ(view.iteration, ++calls);
+      EXPECT_EQ(view.iterations, std::max(default_options(method).iterations, 1U));
+      EXPECT_EQ(view.positions().size(), mesh.positions.size());
+      return view.iteration < wanted;
+    });
+    EXPECT_TRUE(stopped.cancelled) << name_of(method);
+    EXPECT_EQ(stopped.iterations, wanted) << name_of(method);
+    EXPECT_EQ(calls, wanted) << name_of(method);
+    EXPECT_EQ(stopped.positions, denoised(mesh, method, {.iterations = wanted}).positions) << name_of(method);
+  }
+}
+
+TEST(Classical, ReadsTheOptionsThatHaveADefaultAndNoOther) {
+  const Mesh mesh = noisy_sphere();
+  for (const ClassicalMethod method : kAll) {
+    const ClassicalOptions defaults = default_options(method);
+    const std::vector<Vec3> usual = denoised(mesh, method, defaults).positions;
+    EXPECT_EQ(denoised(mesh, method).positions, usual) << name_of(method);
+    const auto expect_read = [&](auto member, auto other) {
+      ClassicalOptions options = defaults;
+      options.*member = other;
+      EXPECT_EQ(denoised(mesh, method, options).positions != usual, defaults.*member != 0) << name_of(method);
+    };
+    using O = ClassicalOptions;
+    for (const auto member : {&O::iterations, &O::fitting_steps}) expect_read(member, 4U);
+    for (const auto member :
+         {&O::step, &O::passband, &O::spatial_width, &O::range_width, &O::normal_width, &O::likelihood_weight}) {
+      expect_read(member, 0.42);
+    }
+  }
+}
+
+TEST(FuzzyVectorMedian, IsNotSwayedByOutliers) {
+  const Vec3 outlier = Vec3(1, 1, 0).normalized();
+  std::vector<Vec3> normals(3, outlier);
+  for (int i = 0; i < 10; ++i) normals.push_back(Vec3(0.05 * std::cos(i), 0.05 * std::sin(i), 1).normalized());
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& normal : normals) mean += normal;
+  EXPECT_GT((mean.normalized() - Vec3::UnitZ()).norm(), 0.25);
+  EXPECT_LT((fuzzy_vector_median(normals, 0.3) - Vec3::UnitZ()).norm(), 0.02);
+}
+
+TEST(FuzzyVectorMedian, IsTheMeanForAWideAndTheMedianForANarrowMembership) {
+  const std::vector<Vec3> normals{Vec3::UnitX(), Vec3(1, 0.2, 0).normalized(), Vec3::UnitY(), Vec3::Zero()};
+  EXPECT_LT((fuzzy_vector_median(normals, 1e6) - (normals[0] + normals[1] + normals[2]).normalized()).norm(), 1e-9);
+  EXPECT_LT((fuzzy_vector_median(normals, 1e-3) - normals[1]).norm(), 1e-9);
+  EXPECT_EQ(fuzzy_vector_median(std::span(normals).last(1), 0.3), Vec3::Zero());
+}
+
+TEST(MeanCurvatureFlow, ShrinksASphereAtTheAnalyticRate) {
+  const Mesh sphere = test::icosphere(4);
+  const double edge = mean_edge_length(sphere.positions, build_topology(sphere).edges);
+  const ClassicalOptions options{.iterations = 10, .step = 1};
+  double radius = 1;  // dr/dt = −2/r, by implicit steps over the geometry before each
+  for (std::uint32_t i = 0; i < options.iterations; ++i)
+    radius /= 1 + 2 * options.step * edge * edge / (radius * radius);
+  const double shrunk = 1 - mean_radius(denoised(sphere, kMeanCurvatureFlow, options));
+  EXPECT_NEAR(shrunk, 1 - radius, 0.02 * (1 - radius));
+  EXPECT_NEAR(radius, std::sqrt(1 - 4 * options.iterations * options.step * edge * edge), 0.03 * (1 - radius));
+}
+
+TEST(AnisotropicFlow, KeepsRidgesThatMeanCurvatureFlowRounds) {
+  const Mesh cube = test::cube(10);
+  const ClassicalOptions options{.iterations = 10, .step = 0.1, .normal_width = 0.3};
+  const double rounded = volume_change(cube, denoised(cube, kMeanCurvatureFlow, options));
+  EXPECT_LT(rounded, -0.01);
+  EXPECT_GT(volume_change(cube, denoised(cube, kAnisotropicFlow, options)), 0.02 * rounded);
+}
+
+TEST(Taubin, KeepsTheVolumeThatALaplacianLoses) {
+  const Mesh sphere = test::icosphere(4);
+  const ClassicalOptions options{.iterations = 30};
+  EXPECT_LT(std::abs(volume_change(sphere, denoised(sphere, kTaubin, options))), 0.015);
+  EXPECT_LT(volume_change(sphere, denoised(sphere, kMeanCurvatureFlow, options)), -0.1);
+}
+
+TEST(Diebel, GradientEqualsFiniteDifferences) {
+  constexpr double kStep = 1e-6;
+  for (const auto& [name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
+    const Topology topology = build_topology(mesh);
+    Surface surface = shaken_surface(mesh, topology);
+    DiebelEnergy energy(surface, 0.7);
+    std::vector<Vec3> gradient;
+    EXPECT_EQ(energy.value(surface.positions, gradient), energy.value(surface.positions)) << name;
+    for (std::size_t v = 0; v < surface.positions.size() && v < 40; ++v) {
+      for (int k = 0; k < 3; ++k) {
+        double& coordinate = surface.positions[v][k];
+        const double here = coordinate;
+        coordinate = here + kStep;
+        const double above = energy.value(surface.positions);
+        coordinate = here - kStep;
+        const double below = energy.value(surface.positions);
+        coordinate = here;
+        const double expected = surface.is_movable[v] != 0 ? (above - below) / (2 * kStep) : 0;
+        EXPECT_NEAR(gradient[v][k], expected, 1e-5 * (1 + std::abs(expected))) << name << ", vertex " << v;
+      }
+    }
+  }
+}
+
+TEST(Diebel, EnergyNeverRises) {
+  for (const auto& [name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
+    const Mesh noisy = add_noise(mesh, 0.3, 1, NoiseKind::kGaussian);
+    const Topology topology = build_topology(noisy);
+    Surface surface(noisy, topology);
+    DiebelEnergy energy(surface, 0.5);
+    const ClassicalStep step = make_diebel(surface, {.likelihood_weight = 0.5});
+    double last = energy.value(surface.positions);
+    const double first = last;
+    for (int i = 0; i < 60; ++i) {
+      step();
+      const double now = energy.value(surface.positions);
+      ASSERT_LE(now, last) << name << ", step " << i;
+      last = now;
+    }
+    EXPECT_LT(last, surface.movable.size() > 50 ? 0.7 * first : first + 1e-9) << name;
+  }
+}
+
+}  // namespace
+}  // namespace crease
