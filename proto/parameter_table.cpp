@@ -263,7 +263,7 @@ v1::Parameters resolve(const v1::Parameters& parameters) {
   for (const ParameterInfo& info : parameter_table()) {
     if (!is_set(resolved, info)) set_parameter(resolved, info.name, info.default_text);
   }
-  if (resolved.process() == "auto") resolved.set_process("vertex");
+  if (resolved.process() == "auto") resolved.set_process("both");
   if (resolved.solver() == "auto") resolved.set_solver("metropolis");
   if (resolved.threads() == 0) resolved.set_threads(std::max(1U, std::thread::hardware_concurrency()));
   return resolved;

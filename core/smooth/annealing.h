@@ -59,8 +59,8 @@ class Stage {
 };
 
 /// Positions are sampled (§3.2), or moved down the gradient by the mean-field solver.
-std::unique_ptr<Stage> make_vertex_stage(Annealing& annealing);
+std::unique_ptr<Stage> make_vertex_stage(Annealing& annealing, std::uint32_t sweeps);
 /// Face normals in rounds, each ending in a fit of the vertices (§5, Fig. 6).
-std::unique_ptr<Stage> make_face_stage(Annealing& annealing);
+std::unique_ptr<Stage> make_face_stage(Annealing& annealing, std::uint32_t sweeps);
 
 }  // namespace crease

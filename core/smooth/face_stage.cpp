@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "core/smooth/annealing.h"
 #include "core/smooth/face_process.h"
 #include "core/smooth/step_size.h"
@@ -8,21 +10,22 @@ namespace {
 
 class FaceStage : public Stage {
  public:
-  explicit FaceStage(Annealing& annealing)
+  FaceStage(Annealing& annealing, std::uint32_t sweeps)
       : annealing_(annealing),
         options_(annealing.options),
+        sweeps_(sweeps),
         schedule_(schedule_faces(annealing.mesh)),
         process_(annealing.field, options_.normal_weight, options_.corner_weight),
         step_(options_.step_size) {
     process_.measure(annealing.team);
   }
 
-  std::uint32_t sweeps() const override { return options_.rounds * options_.round_sweeps; }
+  std::uint32_t sweeps() const override { return sweeps_; }
   std::uint64_t sites() const override { return schedule_.sites.size(); }
 
   void sweep(std::uint32_t index, std::uint32_t number, SweepRecord& record) override {
-    const std::uint32_t in_round = index % options_.round_sweeps;
-    const double time = options_.round_sweeps > 1 ? static_cast<double>(in_round) / (options_.round_sweeps - 1) : 1.0;
+    const std::uint32_t round = round_of(index), first = first_of(round), count = first_of(round + 1) - first;
+    const double time = count > 1 ? static_cast<double>(index - first) / (count - 1) : 1.0;
     record.stage = "face";
     record.likelihood_weight = options_.normal_weight;
     annealing_.label_edges(annealing_.final_model, number, time, record);
@@ -36,10 +39,19 @@ class FaceStage : public Stage {
     annealing_.measure(record);
     record.energy.likelihood = process_.likelihood(annealing_.team);
     record.energy.smoothness = process_.smoothness(annealing_.team);
-    if (in_round + 1 == options_.round_sweeps) end_round(index + 1 == sweeps());
+    if (index + 1 == first + count) end_round(index + 1 == sweeps());
   }
 
  private:
+  // Rounds are as equal as they can be, and have a sweep at least.
+  std::uint32_t rounds() const { return std::min(options_.rounds, sweeps_); }
+  std::uint32_t round_of(std::uint32_t index) const {
+    return static_cast<std::uint32_t>(std::uint64_t{index} * rounds() / sweeps());
+  }
+  std::uint32_t first_of(std::uint32_t round) const {
+    return static_cast<std::uint32_t>((std::uint64_t{round} * sweeps() + rounds() - 1) / rounds());
+  }
+
   void propose(std::uint32_t number, double time, SweepRecord& record) {
     record.temperature = scheduled(options_.normal_temperature_start, options_.normal_temperature_end, time);
     record.step_size = step_.value();
@@ -60,6 +72,7 @@ class FaceStage : public Stage {
 
   Annealing& annealing_;
   const SmoothOptions& options_;
+  std::uint32_t sweeps_;
   Schedule schedule_;
   FaceProcess process_;
   StepSize step_;
@@ -67,6 +80,8 @@ class FaceStage : public Stage {
 
 }  // namespace
 
-std::unique_ptr<Stage> make_face_stage(Annealing& annealing) { return std::make_unique<FaceStage>(annealing); }
+std::unique_ptr<Stage> make_face_stage(Annealing& annealing, std::uint32_t sweeps) {
+  return std::make_unique<FaceStage>(annealing, sweeps);
+}
 
 }  // namespace crease

@@ -173,7 +173,6 @@ const std::vector<Binding>& bindings() {
       direct<&O::continuity_weight, double>("continuity_weight"),
       direct<&O::ridge_line_weight, double>("ridge_line_weight"),
       direct<&O::rounds, std::uint32_t>("rounds"),
-      direct<&O::round_sweeps, std::uint32_t>("round_sweeps"),
       direct<&O::fit_steps, std::uint32_t>("fit_steps"),
       direct<&O::normal_weight, double>("normal_weight"),
       direct<&O::corner_weight, double>("corner_weight"),

@@ -48,9 +48,9 @@ struct SmoothOptions {
   std::optional<ClassicalMethod> classical_method;  ///< instead of the Markov random field; all below is not read then
   ClassicalOptions classical;
 
-  Process process = Process::kVertex;
+  Process process = Process::kBoth;
   Solver solver = Solver::kMetropolis;
-  std::uint32_t sweeps = 500;  ///< of the vertex process
+  std::uint32_t sweeps = 1000;  ///< of all processes; kBoth takes half for each
   std::uint32_t seed = 1;
   std::uint32_t threads = 0;  ///< 0: as many as the machine has; never changes the result
 
@@ -76,12 +76,11 @@ struct SmoothOptions {
   double continuity_weight = 0.0;                           ///< of the change of φ along a ridge, per squared radian
   double ridge_line_weight = 0.0;                           ///< of the second difference of positions along a ridge
 
-  std::uint32_t rounds = 4;         ///< of the face process: anneal the normals, fit the vertices, measure again
-  std::uint32_t round_sweeps = 30;  ///< of the face process in a round
-  std::uint32_t fit_steps = 10;     ///< of the vertices at the end of a round
-  double normal_weight = 0.1;       ///< of the measured normals
-  double corner_weight = 0.5;       ///< of faces that share a vertex only, relative to neighbours across an edge
-  double normal_temperature_start = 0.02, normal_temperature_end = 0.0005;
+  std::uint32_t rounds = 10;    ///< of the face process: anneal the normals, fit the vertices, measure again
+  std::uint32_t fit_steps = 2;  ///< of the vertices at the end of a round
+  double normal_weight = 0.2;   ///< of the measured normals
+  double corner_weight = 0.0;   ///< of faces that share a vertex only, relative to neighbours across an edge
+  double normal_temperature_start = 0.03, normal_temperature_end = 0.00002;
 
   double label_temperature_start = 0.3, label_temperature_end = 0.022;
   double vertex_temperature_start = 0.1, vertex_temperature_end = 0.0005;

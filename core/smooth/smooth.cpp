@@ -24,9 +24,10 @@ std::vector<Value> gathered(const std::vector<Value>& values, const std::vector<
 
 std::vector<std::unique_ptr<Stage>> make_stages(Annealing& annealing) {
   std::vector<std::unique_ptr<Stage>> stages;
-  const Process process = annealing.options.process;
-  if (process != Process::kVertex) stages.push_back(make_face_stage(annealing));
-  if (process != Process::kFace) stages.push_back(make_vertex_stage(annealing));
+  const auto [process, sweeps] = std::pair(annealing.options.process, annealing.options.sweeps);
+  const std::uint32_t face_sweeps = process == Process::kFace ? sweeps : process == Process::kBoth ? sweeps / 2 : 0;
+  if (face_sweeps > 0) stages.push_back(make_face_stage(annealing, face_sweeps));
+  if (face_sweeps < sweeps) stages.push_back(make_vertex_stage(annealing, sweeps - face_sweeps));
   return stages;
 }
 
@@ -48,8 +49,6 @@ SmoothResult smooth(const Mesh& measured, const Topology& topology, const Smooth
   const auto labels = [&] { return gathered(annealing.field.labels, edges); };
 
   SmoothResult result;
-  std::uint32_t sweeps = 0;
-  for (const auto& stage : stages) sweeps += stage->sweeps();
   for (const auto& stage : stages) {
     annealing.restart_average();
     for (std::uint32_t index = 0; index < stage->sweeps() && !result.cancelled; ++index) {
@@ -59,7 +58,7 @@ SmoothResult smooth(const Mesh& measured, const Topology& topology, const Smooth
       result.site_proposals += stage->sites();
       result.label_proposals += annealing.edge_sites();
       if (context.on_sweep) {
-        result.cancelled = !context.on_sweep({record, sweeps, seconds_since(start), labels, positions});
+        result.cancelled = !context.on_sweep({record, options.sweeps, seconds_since(start), labels, positions});
       }
       result.cancelled = result.cancelled || context.cancel.load();
     }

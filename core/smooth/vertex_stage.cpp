@@ -14,9 +14,10 @@ Neighborhood neighborhood_of(const SmoothOptions& options) {
 
 class VertexStage : public Stage {
  public:
-  explicit VertexStage(Annealing& annealing)
+  VertexStage(Annealing& annealing, std::uint32_t sweeps)
       : annealing_(annealing),
         options_(annealing.options),
+        sweeps_(sweeps),
         schedule_(schedule_vertices(annealing.mesh, annealing.field.topology, neighborhood_of(options_))),
         step_(options_.step_size) {
     if (options_.solver == Solver::kMeanField) {
@@ -26,7 +27,7 @@ class VertexStage : public Stage {
     }
   }
 
-  std::uint32_t sweeps() const override { return options_.sweeps; }
+  std::uint32_t sweeps() const override { return sweeps_; }
   std::uint64_t sites() const override { return schedule_.sites.size(); }
 
   void sweep(std::uint32_t index, std::uint32_t number, SweepRecord& record) override {
@@ -58,6 +59,7 @@ class VertexStage : public Stage {
 
   Annealing& annealing_;
   const SmoothOptions& options_;
+  std::uint32_t sweeps_;
   Schedule schedule_;
   std::optional<VertexProcess> process_;  // one of the two, by the solver
   std::optional<VertexDescent> descent_;
@@ -66,6 +68,8 @@ class VertexStage : public Stage {
 
 }  // namespace
 
-std::unique_ptr<Stage> make_vertex_stage(Annealing& annealing) { return std::make_unique<VertexStage>(annealing); }
+std::unique_ptr<Stage> make_vertex_stage(Annealing& annealing, std::uint32_t sweeps) {
+  return std::make_unique<VertexStage>(annealing, sweeps);
+}
 
 }  // namespace crease

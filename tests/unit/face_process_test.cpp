@@ -223,7 +223,6 @@ TEST(Process, AnyNumberOfThreadsGivesTheSameBits) {
         options.process = process;
         options.solver = solver;
         options.sweeps = 20;
-        options.round_sweeps = 5;
         options.threads = threads;
         RunContext context;
         results.push_back(smooth(noisy, topology, options, context));

@@ -136,7 +136,7 @@ TEST(SetParameter, ErrorsNameFieldValueAndRange) {
   EXPECT_EQ(range.expected(), "a number from 0 to 180");
 
   const Error word = error_of([&] { set_parameter(parameters, "smoothness", "cubic"); });
-  EXPECT_EQ(word.expected(), "one of quadratic, square_root");
+  EXPECT_EQ(word.expected(), "one of quadratic, square_root, huber, truncated");
 
   const Error unknown = error_of([&] { set_parameter(parameters, "smoothnes", "quadratic"); });
   EXPECT_EQ(unknown.code(), code::kParameterUnknown);
@@ -201,7 +201,7 @@ TEST(Resolve, KeepsWhatIsGivenAndSetsTheRest) {
   const v1::Parameters resolved = resolve(given);
   EXPECT_EQ(resolved.sweeps(), 7U);
   EXPECT_EQ(resolved.threads(), 3U);
-  EXPECT_EQ(resolved.process(), "vertex");
+  EXPECT_EQ(resolved.process(), "both");
   EXPECT_EQ(resolved.solver(), "metropolis");
   EXPECT_EQ(resolved.likelihood_weight(), std::stod(info("likelihood_weight").default_text));
   for (const ParameterInfo& row : parameter_table()) {
@@ -240,7 +240,7 @@ TEST(ParametersSchema, DescribesEveryParameterWithADefaultThatIsTaken) {
   EXPECT_EQ(schema["properties"]["sweeps"]["type"], "integer");
   EXPECT_EQ(schema["properties"]["seed"]["maximum"], std::numeric_limits<std::uint32_t>::max());
   EXPECT_EQ(schema["properties"]["edge_process"]["type"], "boolean");
-  EXPECT_EQ(schema["properties"]["smoothness"]["enum"], (json{"quadratic", "square_root"}));
+  EXPECT_EQ(schema["properties"]["smoothness"]["enum"], (json{"quadratic", "square_root", "huber", "truncated"}));
 }
 
 TEST(ChangesResult, AllButThreads) {

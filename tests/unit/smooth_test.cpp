@@ -16,6 +16,7 @@ SmoothOptions short_run(std::uint32_t sweeps = 20) {
   SmoothOptions options;
   options.sweeps = sweeps;
   options.threads = 1;
+  options.process = Process::kVertex;
   return options;
 }
 
