@@ -23,6 +23,7 @@ inline constexpr std::string_view kMeshTooLarge = "mesh_too_large";
 inline constexpr std::string_view kMeshUnsupported = "mesh_unsupported";
 inline constexpr std::string_view kMeshNoExtent = "mesh_no_extent";
 inline constexpr std::string_view kMeshMismatch = "mesh_mismatch";
+inline constexpr std::string_view kWeightsInvalid = "weights_invalid";
 inline constexpr std::string_view kOutputFormatUnknown = "output_format_unknown";
 inline constexpr std::string_view kParameterUnknown = "parameter_unknown";
 inline constexpr std::string_view kParameterInvalid = "parameter_invalid";
@@ -30,21 +31,22 @@ inline constexpr std::string_view kParameterOutOfRange = "parameter_out_of_range
 
 /// All of the above.
 inline constexpr std::array kAllCodes = {
-    kMeshFormatUnknown,   kMeshEmpty,           kMeshTruncated,    kMeshSyntax,
-    kMeshCountMismatch,   kMeshIndexOutOfRange, kMeshNotFinite,    kMeshNoFaces,
-    kMeshTooLarge,        kMeshUnsupported,     kMeshNoExtent,     kMeshMismatch,
-    kOutputFormatUnknown, kParameterUnknown,    kParameterInvalid, kParameterOutOfRange};
+    kMeshFormatUnknown,   kMeshEmpty,          kMeshTruncated,  kMeshSyntax,          kMeshCountMismatch,
+    kMeshIndexOutOfRange, kMeshNotFinite,      kMeshNoFaces,    kMeshTooLarge,        kMeshUnsupported,
+    kMeshNoExtent,        kMeshMismatch,       kWeightsInvalid, kOutputFormatUnknown, kParameterUnknown,
+    kParameterInvalid,    kParameterOutOfRange};
 }  // namespace code
 
 /// A refusal: a stable code, a sentence for people, and where the fault lies ("line 12", "byte 84", "face 3").
-/// `field`, `value` and `expected` are set for faults of a named parameter.
+/// `field`, `value` and `expected` are set for faults of a named parameter or an array's item.
 class Error : public std::runtime_error {
  public:
   Error(std::string_view code, const std::string& detail, std::string place = {})
       : std::runtime_error(detail), code_(code), place_(std::move(place)) {}
 
-  static Error parameter(std::string_view code, std::string field, std::string value, std::string expected) {
-    Error error(code, "parameter '" + field + "' is '" + value + "', expected " + expected);
+  static Error parameter(std::string_view code, std::string field, std::string value, std::string expected,
+                         std::string place = {}) {
+    Error error(code, "parameter '" + field + "' is '" + value + "', expected " + expected, std::move(place));
     error.field_ = std::move(field);
     error.value_ = std::move(value);
     error.expected_ = std::move(expected);

@@ -5,6 +5,7 @@
 
 #include "core/classical/classical.h"
 #include "core/features/features.h"
+#include "core/io/vertex_weights.h"
 #include "core/measure/measure.h"
 
 namespace crease {
@@ -54,9 +55,20 @@ SmoothResult denoise_classically(const CheckedInput& input, const SmoothOptions&
   return result;
 }
 
+void settle_weights(std::vector<double> of_mesh, std::optional<std::string_view> beside, CheckedInput& input) {
+  input.weights = beside ? read_weights(*beside, input.mesh.positions.size()) : std::move(of_mesh);
+  if (beside && !of_mesh.empty()) {
+    input.warnings.push_back({"weights_replaced", "the mesh file has weights too; those that came beside it are used"});
+  }
+  if (!input.weights.empty() && std::ranges::all_of(input.weights, [](double weight) { return weight == 0; })) {
+    input.warnings.push_back({"weights_all_zero", "every weight is 0: the measured positions hold no vertex"});
+  }
+}
+
 }  // namespace
 
-CheckedInput check_input(std::string_view bytes, std::optional<MeshFormat> format, const DecodeLimits& limits) {
+CheckedInput check_input(std::string_view bytes, std::optional<MeshFormat> format, const DecodeLimits& limits,
+                         std::optional<std::string_view> weights) {
   DecodedMesh decoded = decode_mesh(bytes, format, limits);
   CheckedInput input;
   input.mesh = std::move(decoded.mesh);
@@ -64,6 +76,7 @@ CheckedInput check_input(std::string_view bytes, std::optional<MeshFormat> forma
   input.warnings = std::move(decoded.warnings);
   input.topology = build_topology(input.mesh);
   input.facts = inspect(input.mesh, input.topology, input.warnings);
+  settle_weights(std::move(decoded.weights), weights, input);
   return input;
 }
 

@@ -16,7 +16,7 @@ struct CheckedInput {
   MeshFormat format = MeshFormat::kObj;
   Topology topology;
   InputFacts facts;
-  std::vector<double> weights;  ///< of the likelihood per vertex; empty for 1 everywhere
+  std::vector<double> weights;  ///< of the likelihood per vertex, at most kMaxWeight; empty for 1 everywhere
   std::vector<Warning> warnings;
 };
 
@@ -37,8 +37,12 @@ struct JobOutput {
   bool cancelled = false;
 };
 
-/// decode → check. \throw Error mesh_*
-CheckedInput check_input(std::string_view bytes, std::optional<MeshFormat> format, const DecodeLimits& limits = {});
+/// decode → check. `weights` is a JSON array with one for every decoded vertex (of STL: after welding) and goes before
+/// those of the mesh file. Warnings beside those of decode_mesh and inspect: weights_replaced, where both have some;
+/// weights_all_zero, where no measured position is believed.
+/// \throw Error mesh_*, weights_invalid
+CheckedInput check_input(std::string_view bytes, std::optional<MeshFormat> format, const DecodeLimits& limits = {},
+                         std::optional<std::string_view> weights = {});
 
 /// smooth → facts: the one path of the service, `--local` and the tests.
 JobOutput run_job(const CheckedInput& input, const SmoothOptions& options, RunContext& context);

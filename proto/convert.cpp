@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
 #include "core/error.h"
 #include "proto/parameter_table.h"
@@ -27,6 +28,56 @@ void require_fit(bool fits, std::string_view what) {
   if (!fits) throw Error("internal", fmt::format("a stored mesh is damaged: {}", what));
 }
 
+std::string_view bytes_of(const std::vector<double>& numbers) {
+  static_assert(std::endian::native == std::endian::little);
+  return {reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(double)};
+}
+
+v1::RidgeLine to_message(const RidgeLine& line) {
+  v1::RidgeLine message;
+  message.mutable_vertices()->Add(line.vertices.begin(), line.vertices.end());
+  message.set_closed(line.closed);
+  message.set_length(line.length);
+  message.set_mean_label(line.mean_label);
+  message.set_mean_dihedral_rad(line.mean_dihedral_rad);
+  return message;
+}
+
+RidgeLine from_message(const v1::RidgeLine& message) {
+  return {.vertices = {message.vertices().begin(), message.vertices().end()},
+          .closed = message.closed(),
+          .length = message.length(),
+          .mean_label = message.mean_label(),
+          .mean_dihedral_rad = message.mean_dihedral_rad()};
+}
+
+void add_features(const LabelledMesh& mesh, v1::LabelledMesh& message) {
+  for (const VertexClass one : mesh.classes) message.add_classes(static_cast<std::uint32_t>(one));
+  message.mutable_segments()->Add(mesh.segments.begin(), mesh.segments.end());
+  for (const RidgeLine& line : mesh.ridge_lines) *message.add_ridge_lines() = to_message(line);
+  message.mutable_corners()->Add(mesh.corners.begin(), mesh.corners.end());
+}
+
+/// Of a mesh whose positions and triangles are there.
+void read_features(const v1::LabelledMesh& message, LabelledMesh& mesh) {
+  constexpr auto kLastClass = static_cast<std::uint32_t>(VertexClass::kCorner);
+  const auto in_range = [&](Index index) { return index < mesh.mesh.positions.size(); };
+  const auto fits = [](int size, std::size_t whole) { return size == 0 || static_cast<std::size_t>(size) == whole; };
+  require_fit(fits(message.classes_size(), mesh.mesh.positions.size()), "vertex classes");
+  require_fit(fits(message.segments_size(), mesh.mesh.triangles.size()), "face segments");
+  require_fit(std::ranges::all_of(message.corners(), in_range), "a ridge corner out of range");
+  for (const std::uint32_t one : message.classes()) {
+    require_fit(one <= kLastClass, "a vertex class out of range");
+    mesh.classes.push_back(static_cast<VertexClass>(one));
+  }
+  mesh.segments.assign(message.segments().begin(), message.segments().end());
+  mesh.corners.assign(message.corners().begin(), message.corners().end());
+  for (const v1::RidgeLine& line : message.ridge_lines()) {
+    require_fit(std::ranges::all_of(line.vertices(), in_range), "a ridge line out of range");
+    mesh.ridge_lines.push_back(from_message(line));
+  }
+}
+
 }  // namespace
 
 v1::InputFacts to_message(const InputFacts& facts) {
@@ -43,6 +94,13 @@ v1::InputFacts to_message(const InputFacts& facts) {
   message.set_components(facts.components);
   message.set_mean_edge_length(facts.mean_edge_length);
   message.set_noise_sigma(facts.noise_sigma);
+  return message;
+}
+
+v1::InputFacts to_message(const CheckedInput& input) {
+  v1::InputFacts message = to_message(input.facts);
+  message.set_format(std::string(format_name(input.format)));
+  if (!input.weights.empty()) message.set_weights_sha256(sha256_hex(bytes_of(input.weights)));
   return message;
 }
 
@@ -97,6 +155,9 @@ v1::ResultFacts to_message(const ResultFacts& facts) {
   message.set_rms_displacement(facts.rms_displacement);
   message.set_volume_change(facts.volume_change);
   message.set_seconds(facts.seconds);
+  message.set_ridge_lines(facts.ridge_lines);
+  message.set_corners(facts.corners);
+  message.set_segments(facts.segments);
   return message;
 }
 
@@ -124,7 +185,35 @@ v1::LabelledMesh to_message(const LabelledMesh& mesh) {
   }
   message.mutable_labels()->Add(mesh.labels.begin(), mesh.labels.end());
   message.mutable_dihedral_rad()->Add(mesh.dihedral_rad.begin(), mesh.dihedral_rad.end());
+  add_features(mesh, message);
   return message;
+}
+
+InputFacts from_message(const v1::InputFacts& message) {
+  return {.vertices = message.vertices(),
+          .faces = message.faces(),
+          .edges = message.edges(),
+          .boundary_edges = message.boundary_edges(),
+          .nonmanifold_edges = message.nonmanifold_edges(),
+          .degenerate_faces = message.degenerate_faces(),
+          .duplicate_faces = message.duplicate_faces(),
+          .isolated_vertices = message.isolated_vertices(),
+          .flipped_faces = message.flipped_faces(),
+          .components = message.components(),
+          .mean_edge_length = message.mean_edge_length(),
+          .noise_sigma = message.noise_sigma()};
+}
+
+ResultFacts from_message(const v1::ResultFacts& message) {
+  return {.ridge_edges = message.ridge_edges(),
+          .ridge_length = message.ridge_length(),
+          .ridge_lines = message.ridge_lines(),
+          .corners = message.corners(),
+          .segments = message.segments(),
+          .max_displacement = message.max_displacement(),
+          .rms_displacement = message.rms_displacement(),
+          .volume_change = message.volume_change(),
+          .seconds = message.seconds()};
 }
 
 LabelledMesh from_message(const v1::LabelledMesh& message) {
@@ -150,6 +239,7 @@ LabelledMesh from_message(const v1::LabelledMesh& message) {
   for (int e = 0; e < edges; ++e) mesh.edges.push_back({message.edges(2 * e), message.edges(2 * e + 1)});
   mesh.labels.assign(message.labels().begin(), message.labels().end());
   mesh.dihedral_rad.assign(message.dihedral_rad().begin(), message.dihedral_rad().end());
+  read_features(message, mesh);
   return mesh;
 }
 
@@ -163,9 +253,9 @@ nlohmann::ordered_json to_json(const google::protobuf::Message& message) {
   return nlohmann::ordered_json::parse(text);
 }
 
-std::string job_fingerprint(std::string_view upload_sha256, std::string_view format, const v1::Parameters& resolved) {
-  const std::string text =
-      fmt::format("creased {}\n{}\n{}\n{}", CREASE_VERSION, upload_sha256, format, result_parameters(resolved).dump());
+std::string job_fingerprint(const v1::InputFacts& input, const v1::Parameters& resolved) {
+  const std::string text = fmt::format("creased {}\n{}\n{}\n{}\n{}", CREASE_VERSION, input.sha256(), input.format(),
+                                       input.weights_sha256(), result_parameters(resolved).dump());
   return sha256_hex(text).substr(0, kFingerprintDigits);
 }
 
@@ -181,7 +271,10 @@ nlohmann::ordered_json mesh_extras(const std::string& fingerprint, const v1::Par
             {"boundary_edges", input.boundary_edges},
             {"nonmanifold_edges", input.nonmanifold_edges},
             {"components", input.components},
-            {"ridge_edges", result.ridge_edges}}}};
+            {"ridge_edges", result.ridge_edges},
+            {"ridge_lines", result.ridge_lines},
+            {"corners", result.corners},
+            {"segments", result.segments}}}};
 }
 
 std::string sha256_hex(std::string_view bytes) {

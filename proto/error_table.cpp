@@ -60,6 +60,7 @@ constexpr std::array kTable = std::to_array<ErrorKind>({
     {"too_many_streams", 503, "Too many event streams are open"},
     {"transfer_encoding_unsupported", 501, "The transfer encoding is not supported"},
     {"uri_too_long", 414, "The target of the request is too long"},
+    {"weights_invalid", 422, "The weights of the vertices are not valid"},
     {"worker_lost", 500, "The job was lost by its worker too often"},
 });
 

@@ -30,13 +30,14 @@ run_service() { ctest_room service; }
 run_quality() { ctest_room quality; }
 
 run_gltf() {
-  local results=build/gltf mesh
+  local results=build/gltf mesh name
   rm -rf "$results" && mkdir -p "$results"
   tar --extract --file /usr/share/doc/libcgal-dev/data.tar.gz --directory "$results" \
     --strip-components=2 data/meshes/fandisk.off
   "$bin/crease" noise "$results/fandisk.off" -o "$results/fandisk.obj" --sigma 0.3
   for mesh in "$results/fandisk.obj" tests/gltf/*.obj; do
-    "$bin/crease" smooth --local "$mesh" -p sweeps=20 -o "$results/$(basename "$mesh" .obj).glb"
+    name=$(basename "$mesh" .obj)
+    "$bin/crease" smooth --local "$mesh" -p sweeps=20 -o "$results/$name.glb" --ridges "$results/$name-ridges.glb"
   done
   npm ci --prefix tests/gltf --no-audit --no-fund
   node tests/gltf/validate.mjs "$results"

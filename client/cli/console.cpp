@@ -30,7 +30,8 @@ std::string figures(const v1::Job& job) {
   std::string text = fmt::format("job            {}\n", job.id());
   text += fmt::format("input          {} vertices, {} faces, noise about {:.2g} edge lengths\n", input.vertices(),
                       input.faces(), input.noise_sigma());
-  text += fmt::format("ridges         {} edges, length {:.5g}\n", result.ridge_edges(), result.ridge_length());
+  text += fmt::format("ridges         {} edges in {} lines, length {:.5g}\n", result.ridge_edges(),
+                      result.ridge_lines(), result.ridge_length());
   text += fmt::format("displacement   rms {:.3g}, max {:.3g} edge lengths\n", result.rms_displacement(),
                       result.max_displacement());
   text += fmt::format("volume change  {:+.3f} %\n", 100 * result.volume_change());

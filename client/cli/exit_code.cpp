@@ -18,7 +18,7 @@ constexpr auto kMeanings = std::to_array<Meaning>({
     {ExitCode::kOk, "done"},
     {ExitCode::kInternal, "internal error of the client or the server"},
     {ExitCode::kUsage, "wrong usage, or a bad parameter"},
-    {ExitCode::kInputRefused, "the mesh was refused"},
+    {ExitCode::kInputRefused, "the mesh or its weights were refused"},
     {ExitCode::kServerUnreachable, "the server cannot be reached or takes no requests"},
     {ExitCode::kJobFailed, "the job failed"},
     {ExitCode::kCancelled, "the job was cancelled, or the command interrupted"},
@@ -52,7 +52,7 @@ ExitCode by_status(int status) {
 ExitCode exit_code_of(std::string_view error_code, int status) {
   const auto row = std::ranges::find(kByCode, error_code, &std::pair<std::string_view, ExitCode>::first);
   if (row != kByCode.end()) return row->second;
-  if (error_code.starts_with("mesh_")) return ExitCode::kInputRefused;
+  if (error_code.starts_with("mesh_") || error_code.starts_with("weights_")) return ExitCode::kInputRefused;
   if (error_code.starts_with("parameter_")) return ExitCode::kUsage;
   return by_status(status);
 }

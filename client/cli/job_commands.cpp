@@ -22,7 +22,7 @@ struct JobOptions {
 struct SubmitOptions {
   Console console;
   std::string server;
-  std::filesystem::path input;
+  std::filesystem::path input, weights;
   std::string input_format;
   ParameterOptions parameters;
 };
@@ -46,7 +46,8 @@ void show_job(const Console& console, const Json& json) {
 ExitCode submit(const SubmitOptions& options) {
   const v1::Parameters parameters = options.parameters.read();
   Interruption interruption;
-  const Json json = ServiceClient(options.server, interruption).submit(options.input, options.input_format, parameters);
+  const Json json = ServiceClient(options.server, interruption)
+                        .submit(options.input, options.input_format, options.weights, parameters);
   const auto job = from_json<v1::Job>(json);
   print_warnings(job);
   options.console.result(json, job.id());
@@ -113,6 +114,7 @@ void add_submit_command(CLI::App& app, Run& run) {
   auto options = std::make_shared<SubmitOptions>();
   command.add_option("input", options->input, "Noisy mesh: obj, ply, off, stl, gltf or glb")->required();
   command.add_option("--input-format", options->input_format, "Format of the input; otherwise by its name, then bytes");
+  add_weights_option(command, options->weights);
   add_parameter_options(command, options->parameters);
   add_server_option(command, options->server);
   add_console_options(command, options->console);

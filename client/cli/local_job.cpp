@@ -30,9 +30,8 @@ std::optional<MeshFormat> input_format(const std::filesystem::path& mesh, const 
 }
 
 v1::InputFacts input_facts(const CheckedInput& input, const std::filesystem::path& mesh, std::string_view bytes) {
-  v1::InputFacts facts = to_message(input.facts);
+  v1::InputFacts facts = to_message(input);
   facts.set_name(mesh.filename().string());
-  facts.set_format(std::string(format_name(input.format)));
   facts.set_bytes(static_cast<std::uint32_t>(bytes.size()));
   facts.set_sha256(sha256_hex(bytes));
   return facts;
@@ -54,7 +53,8 @@ v1::Report make_report(const v1::Job& job, const JobOutput& output, double decod
 
 }  // namespace
 
-LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& format, const v1::Parameters& parameters,
+LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& format,
+                       const std::filesystem::path& weights, const v1::Parameters& parameters,
                        const std::function<void(const v1::Progress&)>& on_progress, const Interruption& interruption) {
   LocalJob local;
   v1::Job& job = local.job;
@@ -65,9 +65,11 @@ LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& for
 
   const auto start = Clock::now();
   const std::string bytes = read_file(mesh);
-  const CheckedInput input = check_input(bytes, input_format(mesh, format));
+  std::optional<std::string> weights_json;
+  if (!weights.empty()) weights_json = read_file(weights);
+  const CheckedInput input = check_input(bytes, input_format(mesh, format), {}, weights_json);
   *job.mutable_input() = input_facts(input, mesh, bytes);
-  job.set_id(job_fingerprint(job.input().sha256(), job.input().format(), job.parameters()));
+  job.set_id(job_fingerprint(job.input(), job.parameters()));
   for (const Warning& warning : input.warnings) *job.add_warnings() = to_message(warning);
   const double decode_seconds = std::chrono::duration<double>(Clock::now() - start).count();
 

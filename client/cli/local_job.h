@@ -19,9 +19,11 @@ struct LocalJob {
   nlohmann::ordered_json extras;  ///< of mesh files: the same as the service's, so that the files are
 };
 
-/// check → smooth, as a worker of the service does it. `format` may be empty: then it is guessed.
-/// \throw Error mesh_*, Failure file_unreadable, interrupted
-LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& format, const v1::Parameters& parameters,
+/// check → smooth, as a worker of the service does it. `format` may be empty: then it is guessed. `weights` is a file
+/// with a JSON array of them, or empty.
+/// \throw Error mesh_*, weights_invalid, Failure file_unreadable, interrupted
+LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& format,
+                       const std::filesystem::path& weights, const v1::Parameters& parameters,
                        const std::function<void(const v1::Progress&)>& on_progress, const Interruption& interruption);
 
 }  // namespace crease::client

@@ -41,14 +41,15 @@ ExitCode mesh(const ResultOptions& options) {
   return ExitCode::kOk;
 }
 
-std::string labels_format(const ResultOptions& options) {
+/// What is asked for, otherwise the output's extension, otherwise JSON.
+std::string format_of(const ResultOptions& options) {
   if (!options.format.empty()) return options.format;
   const std::string extension = options.output.extension().string();
   return extension.empty() ? "json" : extension.substr(1);
 }
 
 ExitCode labels(const ResultOptions& options) {
-  const std::string format = labels_format(options);
+  const std::string format = format_of(options);
   if (options.output.empty() && format != "json" && options.console.json) {
     throw Failure(code::kUsage, "--json prints labels as JSON; use -o for a file of another format");
   }
@@ -56,6 +57,13 @@ ExitCode labels(const ResultOptions& options) {
   Query query = {{"format", format}};
   if (!options.min.empty()) query.emplace("min", options.min);
   deliver(options, "labels", query);
+  return ExitCode::kOk;
+}
+
+ExitCode ridges(const ResultOptions& options) {
+  const std::string format = format_of(options);
+  if (options.output.empty() && format == "glb") throw Failure(code::kUsage, "ridge lines in GLB need -o FILE");
+  deliver(options, "ridges", {{"format", format}});
   return ExitCode::kOk;
 }
 
@@ -90,6 +98,11 @@ void add_result_commands(CLI::App& app, Run& run) {
   labels_command.add_option("-o,--output", of_labels->output, "File; otherwise standard output");
   labels_command.add_option("--format", of_labels->format, "Format: json, csv or pb; otherwise by the extension");
   labels_command.add_option("--min", of_labels->min, "Only edges with a label of at least this, 0 to 1");
+
+  const auto of_ridges = add_result_command(app, run, "ridges", "Print or download the ridge lines of a job", ridges);
+  CLI::App& ridges_command = *app.get_subcommand("ridges");
+  ridges_command.add_option("-o,--output", of_ridges->output, "File; otherwise standard output");
+  ridges_command.add_option("--format", of_ridges->format, "Format: json or glb; otherwise by the extension");
 
   const auto of_report = add_result_command(app, run, "report", "Print or download the report of a job", report);
   app.get_subcommand("report")->add_option("-o,--output", of_report->output, "File; otherwise standard output");

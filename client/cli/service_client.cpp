@@ -50,6 +50,53 @@ Query query_of(const v1::Parameters& parameters) {
   return query;
 }
 
+/// A file that is sent piece by piece.
+class UploadStream {
+ public:
+  /// \throw Failure file_unreadable
+  explicit UploadStream(const std::filesystem::path& path) : stream_(path, std::ios::binary), piece_(kPiece, '\0') {
+    std::error_code error;
+    bytes_ = std::filesystem::file_size(path, error);
+    if (error || !stream_) throw Failure(code::kFileUnreadable, fmt::format("cannot read {}", path.string()));
+  }
+
+  std::uint64_t bytes() const { return bytes_; }
+
+  /// The next piece; empty at the end.
+  std::string_view next() {
+    stream_.read(piece_.data(), static_cast<std::streamsize>(piece_.size()));
+    return std::string_view(piece_).substr(0, static_cast<std::size_t>(stream_.gcount()));
+  }
+
+ private:
+  std::ifstream stream_;
+  std::string piece_;
+  std::uint64_t bytes_ = 0;
+};
+
+httplib::Result post_raw(httplib::Client& http, const std::string& target, UploadStream& upload) {
+  const std::string type = "application/octet-stream";
+  if (upload.bytes() == 0) return http.Post(target, std::string(), type);
+  const auto provide = [&](std::size_t, std::size_t length, httplib::DataSink& sink) {
+    const std::string_view piece = upload.next().substr(0, length);
+    return !piece.empty() && sink.write(piece.data(), piece.size());
+  };
+  return http.Post(target, upload.bytes(), provide, type);
+}
+
+httplib::Result post_form(httplib::Client& http, const std::string& target, UploadStream& upload,
+                          const std::string& weights) {
+  const auto provide = [&](std::size_t, httplib::DataSink& sink) {
+    const std::string_view piece = upload.next();
+    if (!piece.empty()) return sink.write(piece.data(), piece.size());
+    sink.done();
+    return true;
+  };
+  const httplib::MultipartFormDataItems texts = {{"weights", weights, "", "application/json"}};
+  const httplib::MultipartFormDataProviderItems files = {{"mesh", provide, "", ""}};
+  return http.Post(target, httplib::Headers(), texts, files);
+}
+
 }  // namespace
 
 /// cpp-httplib with the errors of this client.
@@ -121,24 +168,15 @@ ServiceClient::ServiceClient(const std::string& url, Interruption& interruption)
 ServiceClient::~ServiceClient() = default;
 
 Json ServiceClient::submit(const std::filesystem::path& mesh, const std::string& format,
-                           const v1::Parameters& parameters) {
-  std::error_code error;
-  const auto bytes = std::filesystem::file_size(mesh, error);
-  std::ifstream stream(mesh, std::ios::binary);
-  if (error || !stream) throw Failure(code::kFileUnreadable, fmt::format("cannot read {}", mesh.string()));
-
+                           const std::filesystem::path& weights, const v1::Parameters& parameters) {
   Query query = query_of(parameters);
   query.emplace("name", mesh.filename().string());
   if (!format.empty()) query.emplace("format", format);
-  std::string piece(kPiece, '\0');
-  const auto provide = [&](std::size_t, std::size_t length, httplib::DataSink& sink) {
-    stream.read(piece.data(), static_cast<std::streamsize>(std::min(length, piece.size())));
-    return stream.gcount() > 0 && sink.write(piece.data(), static_cast<std::size_t>(stream.gcount()));
-  };
-  const std::string target = httplib::append_query_params("/v1/jobs", query), type = "application/octet-stream";
+  const std::string target = httplib::append_query_params("/v1/jobs", query);
+  UploadStream upload(mesh);
   httplib::Client& http = connection_->http();
-  return parse_answer(connection_->body_of(bytes > 0 ? http.Post(target, bytes, provide, type)
-                                                     : http.Post(target, std::string(), type)));
+  return parse_answer(connection_->body_of(weights.empty() ? post_raw(http, target, upload)
+                                                           : post_form(http, target, upload, read_file(weights))));
 }
 
 Json ServiceClient::get(const std::string& path, const Query& query) { return parse_answer(download(path, query)); }

@@ -27,8 +27,10 @@ class ServiceClient {
   ServiceClient(const ServiceClient&) = delete;
   ServiceClient& operator=(const ServiceClient&) = delete;
 
-  /// Streams the file up. `format` may be empty: then the service guesses. Returns the job.
-  Json submit(const std::filesystem::path& mesh, const std::string& format, const v1::Parameters& parameters);
+  /// Streams the mesh up, with a file of weights unless that is empty. `format` may be empty: then the service guesses.
+  /// Returns the job.
+  Json submit(const std::filesystem::path& mesh, const std::string& format, const std::filesystem::path& weights,
+              const v1::Parameters& parameters);
   Json get(const std::string& path, const Query& query = {});
   Json post(const std::string& path);
   void remove(const std::string& path);

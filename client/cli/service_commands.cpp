@@ -33,6 +33,11 @@ CLI::Option* add_server_option(CLI::App& command, std::string& server) {
   return command.add_option("--server", server, "URL of the service; otherwise CREASED_URL")->capture_default_str();
 }
 
+void add_weights_option(CLI::App& command, std::filesystem::path& weights) {
+  command.add_option("--weights", weights,
+                     "Weights of the likelihood: a JSON array with a number from 0 to 1000000 for every vertex");
+}
+
 void add_service_commands(CLI::App& app, Run& run) {
   const auto of_parameters = std::make_shared<ServiceOptions>();
   CLI::App& parameters_command = *app.add_subcommand("parameters", "List the parameters; with --json as JSON Schema");

@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 
 struct SmoothOptionsOfCommand {
   Console console;
-  std::filesystem::path input, output, labels, report;
+  std::filesystem::path input, weights, output, labels, ridges, report;
   std::string input_format, format, server;
   ParameterOptions parameters;
   bool local = false;
@@ -34,26 +34,44 @@ LabelFormat label_format(const std::filesystem::path& path) {
               fmt::format("labels are written as .json or .csv, not {}", path.string()));
 }
 
+MeshFormat ridge_format(const std::filesystem::path& path) {
+  const std::string extension = path.extension().string();
+  if (extension == ".glb") return MeshFormat::kGlb;
+  if (extension == ".json" || path.empty()) return MeshFormat::kJson;
+  throw Error(crease::code::kOutputFormatUnknown,
+              fmt::format("ridge lines are written as .json or .glb, not {}", path.string()));
+}
+
 /// What is to be written, known to be possible before any work is done.
 struct Plan {
   v1::Parameters parameters;
   MeshFormat format;
   LabelFormat label_format;
+  MeshFormat ridge_format;
 };
 
 Plan plan(const SmoothOptionsOfCommand& options) {
-  return {options.parameters.read(), output_format(options.format, options.output), label_format(options.labels)};
+  return {options.parameters.read(), output_format(options.format, options.output), label_format(options.labels),
+          ridge_format(options.ridges)};
+}
+
+std::string encode_ridges(const LocalJob& local, MeshFormat format) {
+  const LabelledMesh& result = local.result;
+  return format == MeshFormat::kGlb ? encode_ridges_glb(result.mesh, result.ridge_lines, local.extras)
+                                    : encode_ridges_json(result.ridge_lines, result.corners);
 }
 
 Json smooth_locally(const SmoothOptionsOfCommand& options, const Plan& plan, ProgressBar& bar,
                     const Interruption& interruption) {
   const auto show = [&](const v1::Progress& progress) { bar.update(progress); };
-  const LocalJob local = run_local_job(options.input, options.input_format, plan.parameters, show, interruption);
+  const LocalJob local =
+      run_local_job(options.input, options.input_format, options.weights, plan.parameters, show, interruption);
   write_file(options.output, encode_mesh(local.result, plan.format, local.extras));
   if (!options.labels.empty()) {
     write_file(options.labels, plan.label_format == LabelFormat::kCsv ? encode_labels_csv(local.result)
                                                                       : encode_labels_json(local.result));
   }
+  if (!options.ridges.empty()) write_file(options.ridges, encode_ridges(local, plan.ridge_format));
   if (!options.report.empty()) write_file(options.report, to_json(local.report).dump(1) + "\n");
   return to_json(local.job);
 }
@@ -85,7 +103,7 @@ Json follow_or_cancel(ServiceClient& client, const SmoothOptionsOfCommand& optio
 Json smooth_remotely(const SmoothOptionsOfCommand& options, const Plan& plan, ProgressBar& bar,
                      Interruption& interruption) {
   ServiceClient client(options.server, interruption);
-  const Json submitted = client.submit(options.input, options.input_format, plan.parameters);
+  const Json submitted = client.submit(options.input, options.input_format, options.weights, plan.parameters);
   const auto id = submitted.at("id").get<std::string>();
   Json job = follow_or_cancel(client, options, id, bar);
   require_success(job);
@@ -95,6 +113,9 @@ Json smooth_remotely(const SmoothOptionsOfCommand& options, const Plan& plan, Pr
     const std::string format = plan.label_format == LabelFormat::kCsv ? "csv" : "json";
     client.download(path + "/labels", {{"format", format}}, options.labels);
   }
+  if (!options.ridges.empty()) {
+    client.download(path + "/ridges", {{"format", std::string(format_name(plan.ridge_format))}}, options.ridges);
+  }
   if (!options.report.empty()) client.download(path + "/report", {}, options.report);
   return job;
 }
@@ -102,6 +123,7 @@ Json smooth_remotely(const SmoothOptionsOfCommand& options, const Plan& plan, Pr
 Json files_of(const SmoothOptionsOfCommand& options) {
   Json files = {{"mesh", options.output.string()}};
   if (!options.labels.empty()) files["labels"] = options.labels.string();
+  if (!options.ridges.empty()) files["ridges"] = options.ridges.string();
   if (!options.report.empty()) files["report"] = options.report.string();
   return files;
 }
@@ -130,7 +152,9 @@ void add_smooth_command(CLI::App& app, Run& run) {
   command.add_option("--format", options->format, "Format of the output: glb, gltf, obj, ply, stl, off or json");
   command.add_option("--input-format", options->input_format, "Format of the input; otherwise by its name, then bytes");
   command.add_option("--labels", options->labels, "Ridge labels of the edges, as .json or .csv");
+  command.add_option("--ridges", options->ridges, "Ridge lines, as .json or .glb");
   command.add_option("--report", options->report, "Energies of every sweep, counts and timings, as JSON");
+  add_weights_option(command, options->weights);
   add_parameter_options(command, options->parameters);
   CLI::Option* const server = add_server_option(command, options->server);
   command.add_flag("--local", options->local, "Run in this process; the files are the same")->excludes(server);

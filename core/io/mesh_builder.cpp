@@ -31,7 +31,8 @@ DecodedMesh MeshBuilder::finish(MeshFormat format) {
     warn("polygons_triangulated", fmt::format("{} of more than 3 corners became {} triangles",
                                               counted(polygons_, "face", "faces"), polygon_triangles_));
   }
-  return {std::move(mesh_), format, std::move(warnings_)};
+  std::vector<double> final_weights = std::move(weights());
+  return {std::move(mesh_), format, std::move(final_weights), std::move(warnings_)};
 }
 
 void MeshBuilder::fail_too_large(std::string_view what, std::size_t limit, const std::string& place) {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/io/decode.h"
+#include "core/io/vertex_weights.h"
 
 namespace crease {
 
@@ -37,6 +38,14 @@ class MeshBuilder {
     mesh_.positions.emplace_back(x, y, z);
   }
 
+  /// The weight of a vertex. Once one has a weight, those that are given none have 1. \throw Error weights_invalid
+  template <typename Place>
+  void set_weight(std::size_t vertex, double weight, Place&& place) {
+    if (!is_weight(weight)) fail_weight(vertex, weight, place());
+    if (weights_.size() <= vertex) weights_.resize(vertex + 1, 1.0);
+    weights_[vertex] = weight;
+  }
+
   /// A face of at least three corners; more become a fan around the first.
   /// \throw Error mesh_syntax for fewer, mesh_too_large
   template <typename Place>
@@ -61,6 +70,11 @@ class MeshBuilder {
   void warn(std::string_view code, std::string detail) { warnings_.push_back({std::string(code), std::move(detail)}); }
 
   Mesh& mesh() { return mesh_; }
+  /// Of the vertices so far, or empty.
+  std::vector<double>& weights() {
+    if (!weights_.empty()) weights_.resize(vertices(), 1.0);
+    return weights_;
+  }
   const DecodeLimits& limits() const { return limits_; }
 
   /// What has been collected, with the warnings.
@@ -79,6 +93,7 @@ class MeshBuilder {
 
   DecodeLimits limits_;
   Mesh mesh_;
+  std::vector<double> weights_;
   std::size_t faces_ = 0;
   std::size_t polygons_ = 0;
   std::size_t polygon_triangles_ = 0;

@@ -19,6 +19,7 @@ enum Mode : std::uint8_t { kTriangles = 4, kStrip = 5, kFan = 6 };
 struct VertexRange {
   std::size_t first = 0;
   std::size_t count = 0;
+  bool weighted = false;
 };
 
 class GltfReader {
@@ -70,19 +71,26 @@ class GltfReader {
   VertexRange read_vertices(const Json& attributes, const gltf::MeshInstance& instance, const std::string& place) {
     const std::size_t index = gltf::size_member(attributes, "POSITION", place);
     const auto [known, is_new] = ranges_.try_emplace(index);
-    if (!is_new) return known->second;
+    VertexRange& range = known->second;
+    if (is_new) read_new_vertices(index, attributes, instance, range, place);
+    if (!range.weighted && attributes.contains("_WEIGHT")) {
+      read_weights(gltf::size_member(attributes, "_WEIGHT", place), range, place);
+    }
+    return range;
+  }
+
+  void read_new_vertices(std::size_t index, const Json& attributes, const gltf::MeshInstance& instance,
+                         VertexRange& range, const std::string& place) {
     const Accessor accessor = document_.accessor(index, place);
     if (accessor.components != 3 || accessor.elements.component != Component::kFloat) {
       throw Error(code::kMeshUnsupported, "positions must be VEC3 of float", accessor.place);
     }
-    VertexRange& range = known->second;
     range = {builder_.vertices(), accessor.count()};
     if (range.count > builder_.limits().max_vertices - range.first) {
       MeshBuilder::fail_too_large("vertices", builder_.limits().max_vertices, accessor.place);
     }
     read_positions(accessor, instance, range);
     if (attributes.contains("_SOURCE")) read_sources(gltf::size_member(attributes, "_SOURCE", place), range, place);
-    return range;
   }
 
   void read_positions(const Accessor& accessor, const gltf::MeshInstance& instance, const VertexRange& range) {
@@ -97,6 +105,24 @@ class GltfReader {
       throw Error(code::kMeshNotFinite, "a vertex has a coordinate that is not a finite number",
                   fmt::format("{}, element {}", accessor.place, i));
     }
+  }
+
+  void read_weights(std::size_t index, VertexRange& range, const std::string& place) {
+    const Accessor accessor = document_.accessor(index, place);
+    if (accessor.components != 1) throw Error(code::kMeshSyntax, "weights must be SCALAR", accessor.place);
+    if (accessor.count() != range.count) {
+      throw Error(code::kMeshCountMismatch, fmt::format("{} weights of {} vertices", accessor.count(), range.count),
+                  accessor.place);
+    }
+    std::vector<double> weights(range.count);
+    gltf::for_each_element(accessor, [&](std::size_t element, const char* bytes) {
+      weights[element] = gltf::load_number(bytes, accessor);
+    });
+    for (std::size_t i = 0; i < range.count; ++i) {
+      builder_.set_weight(range.first + i, weights[i],
+                          [&] { return fmt::format("{}, element {}", accessor.place, i); });
+    }
+    range.weighted = true;
   }
 
   /// Of copied vertices the original. Any other use of the name is none of ours: the attribute is then ignored.
@@ -173,7 +199,7 @@ class GltfReader {
       fold_copies();
       return;
     }
-    const std::size_t removed = weld_by_position(builder_.mesh());
+    const std::size_t removed = weld_by_position(builder_.mesh(), builder_.weights());
     if (removed == 0) return;
     builder_.warn("vertices_welded", counted(removed, "vertex that lies exactly where an earlier one does was",
                                              "vertices that lie exactly where earlier ones do were") +
@@ -182,15 +208,18 @@ class GltfReader {
 
   void fold_copies() {
     Mesh& mesh = builder_.mesh();
+    std::vector<double>& weights = builder_.weights();
     for (std::size_t v = originals_.size(); v < mesh.positions.size(); ++v) originals_.push_back(static_cast<Index>(v));
     std::vector<Index> renumbered(originals_.size(), kNone);
     Index kept = 0;
     for (std::size_t v = 0; v < originals_.size(); ++v) {
       if (originals_[v] != v) continue;
       mesh.positions[kept] = mesh.positions[v];
+      if (!weights.empty()) weights[kept] = weights[v];
       renumbered[v] = kept++;
     }
     mesh.positions.resize(kept);
+    if (!weights.empty()) weights.resize(kept);
     for (Triangle& triangle : mesh.triangles) {
       for (Index& corner : triangle) corner = renumbered[originals_[corner]];
     }

@@ -1,5 +1,8 @@
 #include "core/io/read_gltf_document.h"
 
+#include <algorithm>
+#include <limits>
+
 #include "core/io/base64.h"
 #include "core/io/text_cursor.h"
 
@@ -160,6 +163,8 @@ Accessor Document::accessor(std::size_t index, const std::string& place) const {
   } else {
     accessor.elements = {nullptr, 0, count, component};
   }
+  const Json* normalized = find_member(object, "normalized", accessor.place);
+  accessor.normalized = normalized != nullptr && *normalized == true;
   const Json* sparse = find_member(object, "sparse", accessor.place);
   if (sparse != nullptr) read_sparse(*sparse, accessor);
   return accessor;
@@ -211,6 +216,28 @@ void Document::read_sparse(const Json& sparse, Accessor& accessor) const {
   }
   accessor.sparse_indices = elements(*indices, count, component_member(*indices, place), 1, place);
   accessor.sparse_values = elements(*values, count, accessor.elements.component, accessor.components, place);
+}
+
+double load_number(const char* at, const Accessor& accessor) {
+  const auto scaled = [&](auto value) {
+    constexpr auto kLargest = static_cast<double>(std::numeric_limits<decltype(value)>::max());
+    return accessor.normalized ? std::max(static_cast<double>(value) / kLargest, -1.0) : static_cast<double>(value);
+  };
+  switch (accessor.elements.component) {
+    case Component::kInt8:
+      return scaled(load<std::int8_t>(at, false));
+    case Component::kUint8:
+      return scaled(load<std::uint8_t>(at, false));
+    case Component::kInt16:
+      return scaled(load<std::int16_t>(at, false));
+    case Component::kUint16:
+      return scaled(load<std::uint16_t>(at, false));
+    case Component::kUint32:
+      return scaled(load<std::uint32_t>(at, false));
+    case Component::kFloat:
+      break;
+  }
+  return static_cast<double>(load<float>(at, false));
 }
 
 std::uint32_t load_unsigned(const char* at, Component component, const std::string& place) {

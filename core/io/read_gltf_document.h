@@ -32,6 +32,7 @@ struct Elements {
 struct Accessor {
   Elements elements;
   std::size_t components = 1;  ///< 1 for SCALAR, 3 for VEC3
+  bool normalized = false;     ///< whole numbers stand for 0 to 1, or −1 to 1
   Elements sparse_indices;     ///< of the elements that are replaced; count 0 for none
   Elements sparse_values;
   std::string place;
@@ -76,6 +77,9 @@ class Document {
 
 /// An index or other whole number of one component. \throw Error mesh_syntax for other component types
 std::uint32_t load_unsigned(const char* at, Component component, const std::string& place);
+
+/// One component of the accessor as the number that it stands for.
+double load_number(const char* at, const Accessor& accessor);
 
 /// Calls `visit(element, bytes)` for every element in order, then for those that a sparse accessor replaces.
 template <typename Visit>

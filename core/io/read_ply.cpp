@@ -11,6 +11,9 @@ namespace {
 
 constexpr std::size_t kLeastAsciiValueBytes = 2;
 
+/// What a vertex property holds: a coordinate (0 to 2), the weight, or nothing of ours.
+enum Slot : std::size_t { kWeight = 3, kOther = 4 };
+
 /// The body as values, one line per element.
 class AsciiBody {
  public:
@@ -156,18 +159,17 @@ class BodyReader {
     }
   }
 
-  /// For every property the coordinate it holds, or 3.
-  static std::vector<std::size_t> coordinate_slots(const PlyElement& element) {
-    constexpr std::string_view kNames = "xyz";
+  static std::vector<std::size_t> vertex_slots(const PlyElement& element) {
+    constexpr std::array<std::string_view, 4> kNames{"x", "y", "z", "weight"};
     std::vector<std::size_t> slots;
-    std::array<int, 3> seen{};
+    std::array<int, kOther + 1> seen{};
     for (const PlyProperty& property : element.properties) {
-      const bool is_coordinate = !property.count_type && property.name.size() == 1;
-      slots.push_back(is_coordinate ? std::min<std::size_t>(kNames.find(property.name), 3) : 3);
-      if (slots.back() < 3) ++seen[slots.back()];
+      const auto name = property.count_type ? kNames.end() : std::find(kNames.begin(), kNames.end(), property.name);
+      slots.push_back(static_cast<std::size_t>(name - kNames.begin()));
+      ++seen[slots.back()];
     }
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (seen[k] == 1) continue;
+    for (std::size_t k = 0; k < kNames.size(); ++k) {
+      if (seen[k] == 1 || (k == kWeight && seen[k] == 0)) continue;
       throw Error(code::kMeshSyntax,
                   fmt::format("the vertices have {} properties '{}', expected one", seen[k], kNames[k]), element.place);
     }
@@ -175,19 +177,21 @@ class BodyReader {
   }
 
   void read_vertices(const PlyElement& element) {
-    const std::vector<std::size_t> slots = coordinate_slots(element);
+    const std::vector<std::size_t> slots = vertex_slots(element);
     builder_.expect_vertices(element.count, least_bytes(element), body_.rest(), element.place);
-    std::array<double, 3> position{};
+    const bool weighted = std::find(slots.begin(), slots.end(), kWeight) != slots.end();
+    std::array<double, kOther> values{};
     for (std::size_t i = 0; i < element.count; ++i) {
       body_.begin_element();
       for (std::size_t k = 0; k < slots.size(); ++k) {
-        if (slots[k] < 3) {
-          position[slots[k]] = body_.number(element.properties[k].type);
+        if (slots[k] < kOther) {
+          values[slots[k]] = body_.number(element.properties[k].type);
         } else {
           skip_property(element.properties[k]);
         }
       }
-      builder_.add_vertex(position[0], position[1], position[2], [&] { return body_.place(); });
+      builder_.add_vertex(values[0], values[1], values[2], [&] { return body_.place(); });
+      if (weighted) builder_.set_weight(i, values[kWeight], [&] { return body_.place(); });
       body_.end_element();
     }
   }

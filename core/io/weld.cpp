@@ -52,12 +52,14 @@ void PositionIndex::grow(const std::vector<Vec3>& positions) {
   }
 }
 
-std::size_t weld_by_position(Mesh& mesh) {
+std::size_t weld_by_position(Mesh& mesh, std::vector<double>& weights) {
   std::vector<Vec3> kept;
   std::vector<Index> index_of(mesh.positions.size());
   PositionIndex lookup;
   for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
+    const std::size_t before = kept.size();
     index_of[vertex] = lookup.find_or_append(kept, mesh.positions[vertex]);
+    if (!weights.empty() && kept.size() > before) weights[before] = weights[vertex];
   }
   const std::size_t removed = mesh.positions.size() - kept.size();
   if (removed == 0) return 0;
@@ -65,6 +67,7 @@ std::size_t weld_by_position(Mesh& mesh) {
     for (Index& corner : triangle) corner = index_of[corner];
   }
   mesh.positions = std::move(kept);
+  if (!weights.empty()) weights.resize(mesh.positions.size());
   return removed;
 }
 

@@ -19,8 +19,9 @@ class PositionIndex {
   std::vector<Index> slots_;
 };
 
-/// Makes one vertex of all that lie exactly at the same position; the first of them keeps its place in the order.
+/// Makes one vertex of all that lie exactly at the same position; the first of them keeps its place in the order and
+/// its weight; `weights` are one per vertex, or none.
 /// \return the number of vertices that were removed
-std::size_t weld_by_position(Mesh& mesh);
+std::size_t weld_by_position(Mesh& mesh, std::vector<double>& weights);
 
 }  // namespace crease

@@ -54,6 +54,7 @@ Api::Api(const Services& services)
       {"watch_job", [this](Call& call) { streams_.open(call); }},
       {"get_mesh", [this](Call& call) { downloads_.get_mesh(call); }},
       {"get_labels", [this](Call& call) { downloads_.get_labels(call); }},
+      {"get_ridges", [this](Call& call) { downloads_.get_ridges(call); }},
       {"get_report", [this](Call& call) { downloads_.get_report(call); }},
       {"get_parameters", [](Call& call) { answer_json(call, crease::parameters_schema(), "application/schema+json"); }},
       {"get_health",
@@ -90,7 +91,7 @@ void Api::attach(GuardedServer& server) {
   });
   server.set_expect_100_continue_handler(
       [this](const httplib::Request& request, httplib::Response& response) { return before_body(request, response); });
-  server.set_exception_handler([](const httplib::Request&, httplib::Response& response, std::exception_ptr) {
+  server.set_exception_handler([](const httplib::Request&, httplib::Response& response, const std::exception_ptr&) {
     answer_problem(response, Error("internal", "something went wrong here"), GuardedServer::exchange().request_id);
   });
   server.set_error_handler([](const httplib::Request&, httplib::Response& response) {

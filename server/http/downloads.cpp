@@ -15,19 +15,20 @@ namespace {
 using crease::Error;
 using crease::MeshFormat;
 
-constexpr std::array kFormats = {MeshFormat::kGlb, MeshFormat::kGltf, MeshFormat::kObj, MeshFormat::kPly,
-                                 MeshFormat::kStl, MeshFormat::kOff,  MeshFormat::kJson};
+constexpr std::array kMeshFormats = {MeshFormat::kGlb, MeshFormat::kGltf, MeshFormat::kObj, MeshFormat::kPly,
+                                     MeshFormat::kStl, MeshFormat::kOff,  MeshFormat::kJson};
+constexpr std::array kRidgeFormats = {MeshFormat::kJson, MeshFormat::kGlb};
 
-MeshFormat wanted_format(Call& call) {
+/// The format that `format` names, otherwise the one of `offered`, best first, that Accept likes most.
+MeshFormat wanted_format(Call& call, std::span<const MeshFormat> offered) {
   const std::string named = call.query("format");
   if (!named.empty()) return *crease::format_from_name(named);
   call.response.set_header("Vary", "Accept");
-  std::array<std::string_view, kFormats.size()> types;
-  std::transform(kFormats.begin(), kFormats.end(), types.begin(), crease::media_type);
-  const std::string_view accept = call.exchange.head.header("Accept");
-  const auto chosen = negotiate(accept, types);
-  if (!chosen) throw Error("not_acceptable", fmt::format("a mesh comes as {}", fmt::join(types, ", ")));
-  return kFormats.at(*chosen);
+  std::vector<std::string_view> types(offered.size());
+  std::ranges::transform(offered, types.begin(), crease::media_type);
+  const auto chosen = negotiate(call.exchange.head.header("Accept"), types);
+  if (!chosen) throw Error("not_acceptable", fmt::format("this comes as {}", fmt::join(types, ", ")));
+  return offered[*chosen];
 }
 
 void require_success(const crease::v1::Job& job) {
@@ -38,8 +39,7 @@ void require_success(const crease::v1::Job& job) {
 }
 
 std::string etag(const crease::v1::Job& job, const std::string& what) {
-  return crease::job_fingerprint(job.input().sha256(), job.input().format(), job.parameters()) + "-" + CREASE_VERSION +
-         "-" + what;
+  return fmt::format("{}-{}-{}", crease::job_fingerprint(job.input(), job.parameters()), CREASE_VERSION, what);
 }
 
 std::string read_whole(const std::filesystem::path& path) {
@@ -53,7 +53,7 @@ std::string read_whole(const std::filesystem::path& path) {
 
 void Downloads::get_mesh(Call& call) {
   const auto job = find_job(store_, call.id);
-  const MeshFormat format = wanted_format(call);
+  const MeshFormat format = wanted_format(call, kMeshFormats);
   const bool snapshot = query_flag(call.request.params, "snapshot") && !is_terminal(job.state());
   if (!snapshot) require_success(job);
   const std::string extension(crease::format_name(format));
@@ -78,6 +78,17 @@ void Downloads::get_labels(Call& call) {
                                 : format == "csv" ? LabelFormat::kCsv
                                                   : LabelFormat::kProtobuf,
                                 min);
+  send_file(call, download);
+}
+
+void Downloads::get_ridges(Call& call) {
+  const auto job = find_job(store_, call.id);
+  const MeshFormat format = wanted_format(call, kRidgeFormats);
+  require_success(job);
+  Download download;
+  download.media_type = crease::media_type(format);
+  download.etag = etag(job, fmt::format("ridges-{}", crease::format_name(format)));
+  download.file = files_.ridges(job, format == MeshFormat::kJson ? RidgeFormat::kJson : RidgeFormat::kGlb);
   send_file(call, download);
 }
 

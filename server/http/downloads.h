@@ -5,13 +5,14 @@
 
 namespace creased {
 
-/// What comes back of a job: mesh, labels and report.
+/// What comes back of a job: mesh, labels, ridge lines and report.
 class Downloads {
  public:
   explicit Downloads(Store& store) : store_(store), files_(store) {}
 
   void get_mesh(Call& call);
   void get_labels(Call& call);
+  void get_ridges(Call& call);
   void get_report(Call& call);
 
  private:

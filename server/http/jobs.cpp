@@ -16,6 +16,7 @@ nlohmann::ordered_json with_links(crease::v1::Job job) {
   links.set_events(self + "/events");
   links.set_mesh(self + "/mesh");
   links.set_labels(self + "/labels");
+  links.set_ridges(self + "/ridges");
   links.set_report(self + "/report");
   links.set_cancel(self + "/cancel");
   return crease::to_json(job);

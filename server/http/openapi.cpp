@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "core/io/vertex_weights.h"
 #include "crease/v1/job.pb.h"
 #include "crease/v1/result.pb.h"
 #include "proto/error_table.h"
@@ -103,6 +104,21 @@ Json labels_schema() {
             {"threshold", {{"type", "number"}}}}}};
 }
 
+Json ridges_schema() {
+  const Json indices = {{"type", "array"}, {"items", {{"type", "integer"}, {"minimum", 0}}}};
+  const Json number = {{"type", "number"}};
+  const Json line = {{"type", "object"},
+                     {"properties",
+                      {{"vertices", indices},
+                       {"closed", {{"type", "boolean"}}},
+                       {"length", number},
+                       {"mean_label", number},
+                       {"mean_dihedral_deg", number}}}};
+  return {{"type", "object"},
+          {"properties",
+           {{"ridges", {{"type", "array"}, {"items", line}}}, {"count", {{"type", "integer"}}}, {"corners", indices}}}};
+}
+
 Json component_schemas() {
   Json schemas = Json::object();
   Json parameters = crease::parameters_schema();
@@ -110,6 +126,7 @@ Json component_schemas() {
   parameters.erase("$id");
   schemas["Parameters"] = parameters;
   schemas["EdgeLabels"] = labels_schema();
+  schemas["RidgeLines"] = ridges_schema();
   schemas["Problem"] = problem_schema();
   add_message(*crease::v1::JobList::descriptor(), schemas);
   add_message(*crease::v1::Report::descriptor(), schemas);
@@ -155,6 +172,12 @@ Json operation_parameters(const Route& route) {
   return all;
 }
 
+Json weights_schema() {
+  return {{"type", "array"},
+          {"description", "Weights of the likelihood, one per vertex; they go before those of the mesh file."},
+          {"items", {{"type", "number"}, {"minimum", 0}, {"maximum", crease::kMaxWeight}}}};
+}
+
 Json submit_body() {
   const Json bytes = Json::object();
   return {{"required", true},
@@ -163,7 +186,8 @@ Json submit_body() {
              {{"schema",
                {{"type", "object"},
                 {"required", {"mesh"}},
-                {"properties", {{"mesh", bytes}, {"parameters", reference("Parameters")}}}}}}},
+                {"properties",
+                 {{"mesh", bytes}, {"parameters", reference("Parameters")}, {"weights", weights_schema()}}}}}}},
             {"model/obj", bytes},
             {"model/stl", bytes},
             {"model/gltf-binary", bytes},

@@ -18,34 +18,6 @@ namespace {
 using crease::Error;
 using crease::LabelledMesh;
 
-crease::InputFacts facts_of(const crease::v1::InputFacts& message) {
-  crease::InputFacts facts;
-  facts.vertices = message.vertices();
-  facts.faces = message.faces();
-  facts.edges = message.edges();
-  facts.boundary_edges = message.boundary_edges();
-  facts.nonmanifold_edges = message.nonmanifold_edges();
-  facts.degenerate_faces = message.degenerate_faces();
-  facts.duplicate_faces = message.duplicate_faces();
-  facts.isolated_vertices = message.isolated_vertices();
-  facts.flipped_faces = message.flipped_faces();
-  facts.components = message.components();
-  facts.mean_edge_length = message.mean_edge_length();
-  facts.noise_sigma = message.noise_sigma();
-  return facts;
-}
-
-crease::ResultFacts facts_of(const crease::v1::ResultFacts& message) {
-  crease::ResultFacts facts;
-  facts.ridge_edges = message.ridge_edges();
-  facts.ridge_length = message.ridge_length();
-  facts.max_displacement = message.max_displacement();
-  facts.rms_displacement = message.rms_displacement();
-  facts.volume_change = message.volume_change();
-  facts.seconds = message.seconds();
-  return facts;
-}
-
 LabelledMesh read_result(const std::filesystem::path& path) {
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.open()) throw Error("store_unavailable", "a result cannot be opened");
@@ -89,11 +61,9 @@ class Encoding {
   std::counting_semaphore<>& encoders_;
 };
 
-std::string mesh_file(const crease::v1::Job& job, crease::MeshFormat format, const LabelledMesh& result) {
-  const std::string fingerprint = crease::job_fingerprint(job.input().sha256(), job.input().format(), job.parameters());
-  return crease::encode_mesh(
-      result, format,
-      crease::mesh_extras(fingerprint, job.parameters(), facts_of(job.input()), facts_of(job.result())));
+nlohmann::ordered_json extras(const crease::v1::Job& job) {
+  return crease::mesh_extras(crease::job_fingerprint(job.input(), job.parameters()), job.parameters(),
+                             crease::from_message(job.input()), crease::from_message(job.result()));
 }
 
 }  // namespace
@@ -120,13 +90,13 @@ class ResultFiles::Turn {
 
 std::shared_ptr<const OpenFile> ResultFiles::mesh(const crease::v1::Job& job, crease::MeshFormat format) {
   return kept(job, fmt::format("mesh.{}", crease::format_name(format)),
-              [&](const LabelledMesh& result) { return mesh_file(job, format, result); });
+              [&](const LabelledMesh& result) { return crease::encode_mesh(result, format, extras(job)); });
 }
 
 std::shared_ptr<const OpenFile> ResultFiles::snapshot(const crease::v1::Job& job, crease::MeshFormat format) {
   const auto source = store_.file_path(job.id(), file::kSnapshot);
   if (!std::filesystem::exists(source)) throw Error("snapshot_unavailable", "the job has left no snapshot yet");
-  return passing(source, [&](const LabelledMesh& result) { return mesh_file(job, format, result); });
+  return passing(source, [&](const LabelledMesh& result) { return crease::encode_mesh(result, format, extras(job)); });
 }
 
 std::shared_ptr<const OpenFile> ResultFiles::labels(const crease::v1::Job& job, LabelFormat format, double min) {
@@ -138,6 +108,14 @@ std::shared_ptr<const OpenFile> ResultFiles::labels(const crease::v1::Job& job, 
   if (min > 0) return passing(store_.file_path(job.id(), file::kResult), encode);
   const std::string_view extension = format == LabelFormat::kJson ? "json" : format == LabelFormat::kCsv ? "csv" : "pb";
   return kept(job, fmt::format("labels.{}", extension), encode);
+}
+
+std::shared_ptr<const OpenFile> ResultFiles::ridges(const crease::v1::Job& job, RidgeFormat format) {
+  const bool json = format == RidgeFormat::kJson;
+  return kept(job, json ? "ridges.json" : "ridges.glb", [&](const LabelledMesh& result) {
+    return json ? crease::encode_ridges_json(result.ridge_lines, result.corners)
+                : crease::encode_ridges_glb(result.mesh, result.ridge_lines, extras(job));
+  });
 }
 
 std::shared_ptr<const OpenFile> ResultFiles::kept(const crease::v1::Job& job, const std::string& name,

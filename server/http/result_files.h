@@ -17,6 +17,7 @@
 namespace creased {
 
 enum class LabelFormat { kJson, kCsv, kProtobuf };
+enum class RidgeFormat { kJson, kGlb };
 
 /// Files made from the results of jobs: encoded when first asked for, once however many ask, and kept beside the
 /// result.
@@ -30,6 +31,8 @@ class ResultFiles {
   std::shared_ptr<const OpenFile> snapshot(const crease::v1::Job& job, crease::MeshFormat format);
   /// The edges of a job that succeeded whose label is at least `min`.
   std::shared_ptr<const OpenFile> labels(const crease::v1::Job& job, LabelFormat format, double min);
+  /// The ridge lines of a job that succeeded.
+  std::shared_ptr<const OpenFile> ridges(const crease::v1::Job& job, RidgeFormat format);
 
  private:
   using Encode = std::function<std::string(const crease::LabelledMesh&)>;

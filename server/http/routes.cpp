@@ -34,7 +34,7 @@ std::vector<std::string> submit_problems() {
           "body_missing",        "body_incomplete",      "payload_too_large",      "content_type_unsupported",
           "json_invalid",        "multipart_invalid",    "multipart_part_missing", "multipart_part_unknown",
           "protobuf_invalid",    "idempotency_conflict", "parameter_invalid",      "parameter_out_of_range",
-          "queue_full",          "store_unavailable",    "shutting_down"};
+          "queue_full",          "store_unavailable",    "shutting_down",          "weights_invalid"};
 }
 
 Route submit_route() {
@@ -119,6 +119,15 @@ std::vector<Route> result_routes() {
         {206, "A range of their bytes.", {kJson, "text/csv", "application/x-protobuf"}, ""},
         {304, "The labels of If-None-Match are current.", {}, ""}},
        with({"range_not_satisfiable", "parameter_out_of_range"})},
+      {"GET",
+       "/v1/jobs/{id}/ridges",
+       "get_ridges",
+       "The ridge lines, and the corners where they meet",
+       {{"format", "string", "Format of the ridge lines; otherwise by Accept, otherwise json.", {"json", "glb"}}},
+       {{200, "The ridge lines.", {kJson, "model/gltf-binary"}, "RidgeLines"},
+        {206, "A range of their bytes.", {kJson, "model/gltf-binary"}, ""},
+        {304, "The ridge lines of If-None-Match are current.", {}, ""}},
+       with({"not_acceptable", "range_not_satisfiable"})},
       {"GET",
        "/v1/jobs/{id}/report",
        "get_report",

@@ -35,7 +35,7 @@ std::optional<seconds> preferred_wait(std::string_view prefer) {
 }
 
 std::string idempotency_key(const RequestHead& head) {
-  const std::string key(head.header("Idempotency-Key"));
+  std::string key(head.header("Idempotency-Key"));
   const bool given = head.count("Idempotency-Key") > 0;
   const bool visible = std::all_of(key.begin(), key.end(), [](unsigned char c) { return c > 0x20 && c < 0x7f; });
   if (given && (key.empty() || key.size() > 255 || !visible || head.count("Idempotency-Key") > 1)) {
@@ -46,18 +46,19 @@ std::string idempotency_key(const RequestHead& head) {
 
 NewJob inspected(Services& services, const Submission& submission) {
   const std::string name = clean_file_name(submission.name);
-  const Inspection inspection = services.inspector.inspect(submission.mesh->path(), submission.format, name);
   NewJob job;
   job.upload = submission.mesh->path();
+  if (submission.weights != nullptr) job.weights = submission.weights->path();
+  const Inspection inspection = services.inspector.inspect(job.upload, submission.format, name, job.weights);
   job.input = inspection.facts;
   job.input.set_name(name);
   job.input.set_bytes(static_cast<std::uint32_t>(submission.mesh->bytes()));
   job.input.set_sha256(submission.mesh->sha256());
   job.parameters = crease::resolve(submission.parameters);
   job.warnings = inspection.warnings;
-  job.fingerprint = crease::job_fingerprint(job.input.sha256(), job.input.format(), job.parameters);
+  job.fingerprint = crease::job_fingerprint(job.input, job.parameters);
   job.request_digest = crease::sha256_hex(job.input.sha256() + "\n" + job.input.format() + "\n" +
-                                          crease::to_json(job.parameters).dump());
+                                          job.input.weights_sha256() + "\n" + crease::to_json(job.parameters).dump());
   return job;
 }
 

@@ -1,13 +1,16 @@
 #include "server/http/submit_message.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl.h>
 #include <google/protobuf/wire_format_lite.h>
 
 #include <algorithm>
+#include <bit>
 
 #include "core/error.h"
+#include "core/io/vertex_weights.h"
 #include "crease/v1/job.pb.h"
 #include "proto/parameter_table.h"
 #include "server/store/durable_file.h"
@@ -61,6 +64,20 @@ class MessageReader {
     }
   }
 
+  void copy_numbers_to(UploadFile& file) {
+    if (length_ % sizeof(double) != 0) invalid("the weights of the message are no packed doubles");
+    const std::size_t count = length_ / sizeof(double);
+    for (std::size_t i = 0; i < count; ++i) {
+      std::uint64_t bits = 0;
+      if (!input_.ReadLittleEndian64(&bits)) invalid("the weights of the message end early");
+      const auto weight = std::bit_cast<double>(bits);
+      if (!crease::is_weight(weight)) crease::fail_weight(i, weight);
+      const std::string text = fmt::format("{}{}", i == 0 ? '[' : ',', weight);
+      file.append(text.data(), text.size());
+    }
+    if (count > 0) file.append("]", 1);
+  }
+
  private:
   google::protobuf::io::CodedInputStream input_;
   std::uint32_t length_ = 0;
@@ -68,14 +85,16 @@ class MessageReader {
 
 }  // namespace
 
-SubmitFields split_submit_message(const std::filesystem::path& message, UploadFile& mesh) {
+SubmitFields split_submit_message(const std::filesystem::path& message, UploadFile& mesh, UploadFile& weights) {
   const Descriptor file(::open(message.c_str(), O_RDONLY | O_CLOEXEC));
   google::protobuf::io::FileInputStream stream(file.get());
   MessageReader reader(stream);
   SubmitFields fields;
   std::uint32_t seen = 0;
   while (const std::uint32_t field = reader.next()) {
-    if (field > 4) invalid("the message has a field " + std::to_string(field) + " that is not known here");
+    if (SubmitJobRequest::descriptor()->FindFieldByNumber(static_cast<int>(field)) == nullptr) {
+      invalid("the message has a field " + std::to_string(field) + " that is not known here");
+    }
     if ((seen & (1U << field)) != 0) invalid("a field of the message is there more than once");
     seen |= 1U << field;
     if (field == SubmitJobRequest::kMeshFieldNumber) {
@@ -84,6 +103,8 @@ SubmitFields split_submit_message(const std::filesystem::path& message, UploadFi
       fields.name = reader.text();
     } else if (field == SubmitJobRequest::kFormatFieldNumber) {
       fields.format = reader.text();
+    } else if (field == SubmitJobRequest::kWeightsFieldNumber) {
+      reader.copy_numbers_to(weights);
     } else if (!fields.parameters.ParseFromString(reader.text())) {
       invalid("the parameters of the message are malformed");
     }

@@ -8,7 +8,7 @@
 
 namespace creased {
 
-/// The fields of a crease.v1.SubmitJobRequest other than its mesh.
+/// The fields of a crease.v1.SubmitJobRequest other than its mesh and weights.
 struct SubmitFields {
   std::string name;
   std::string format;
@@ -16,8 +16,9 @@ struct SubmitFields {
 };
 
 /// Reads a serialised SubmitJobRequest from a file and copies its mesh into `mesh` piece by piece, so that a large
-/// mesh is never held in memory. Validates the parameters.
-/// \throw crease::Error protobuf_invalid, parameter_invalid, parameter_out_of_range
-SubmitFields split_submit_message(const std::filesystem::path& message, UploadFile& mesh);
+/// mesh is never held in memory; likewise its weights, if any, into `weights` as the JSON array that a form would
+/// bring. Validates parameters and weights, but not how many there are of these. \throw crease::Error protobuf_invalid,
+/// parameter_invalid, parameter_out_of_range, weights_invalid
+SubmitFields split_submit_message(const std::filesystem::path& message, UploadFile& mesh, UploadFile& weights);
 
 }  // namespace creased

@@ -98,54 +98,78 @@ void settle_format(Submission& submission, const std::string& declared, std::str
   submission.format = declared;
 }
 
-void receive_raw(const httplib::ContentReader& body, Submission& submission) {
+void receive_raw(const httplib::ContentReader& body, UploadFile& file) {
   const bool read = body([&](const char* data, std::size_t size) {
-    submission.mesh->append(data, size);
+    file.append(data, size);
     return true;
   });
   check_body(read, "body_incomplete", "the body ended early");
 }
 
-void receive_multipart(std::string_view type, const httplib::ContentReader& body, Submission& submission) {
-  MultipartReader parts(multipart_boundary(type));
-  std::string parameters;
-  bool has_parameters = false, has_mesh = false;
-  std::string* text = nullptr;
-  parts.on_part = [&](const MultipartReader::Part& part) {
-    bool& seen = part.name == "mesh" ? has_mesh : has_parameters;
-    if (part.name != "mesh" && part.name != "parameters") {
-      throw Error("multipart_part_unknown", "there is a part '" + part.name + "', expected mesh and parameters");
+/// Where the parts of a form go.
+class FormParts {
+ public:
+  FormParts(Store& store, Submission& submission) : store_(store), submission_(submission) {}
+
+  void begin(const MultipartReader::Part& part) {
+    if (part.name != "mesh" && part.name != "parameters" && part.name != "weights") {
+      throw Error("multipart_part_unknown",
+                  "there is a part '" + part.name + "', expected mesh, parameters and weights");
     }
-    if (seen) throw Error("multipart_invalid", "there is more than one part '" + part.name + "'");
-    seen = true;
-    text = part.name == "parameters" ? &parameters : nullptr;
-    if (text != nullptr) return;
-    if (submission.name.empty()) submission.name = part.file_name;
-    settle_format(submission, upload_format(part.content_type), part.content_type);
-  };
-  parts.on_data = [&](std::string_view data) {
-    if (text == nullptr) return submission.mesh->append(data.data(), data.size());
-    if (text->size() + data.size() > kMaxParametersBytes) throw Error("json_invalid", "the parameters are too long");
-    text->append(data);
-  };
-  const bool read = body([&](const char* data, std::size_t size) { return parts.feed({data, size}), true; });
-  check_body(read, "body_incomplete", "the body ended early");
-  parts.finish();
-  if (!has_mesh) throw Error("multipart_part_missing", "there is no part 'mesh'");
-  if (has_parameters) {
-    merge_parameters(submission.parameters, crease::parameters_from_json(parse_parameters(parameters)));
+    if (!seen_.insert(part.name).second) {
+      throw Error("multipart_invalid", "there is more than one part '" + part.name + "'");
+    }
+    file_ = part.name == "mesh" ? submission_.mesh.get() : nullptr;
+    if (part.name == "weights") {
+      submission_.weights = std::make_unique<UploadFile>(store_.temporary_path());
+      file_ = submission_.weights.get();
+    }
+    if (part.name != "mesh") return;
+    if (submission_.name.empty()) submission_.name = part.file_name;
+    settle_format(submission_, upload_format(part.content_type), part.content_type);
   }
+
+  void add(std::string_view data) {
+    if (file_ != nullptr) return file_->append(data.data(), data.size());
+    if (parameters_.size() + data.size() > kMaxParametersBytes) {
+      throw Error("json_invalid", "the parameters are too long");
+    }
+    parameters_ += data;
+  }
+
+  void finish() {
+    if (!seen_.contains("mesh")) throw Error("multipart_part_missing", "there is no part 'mesh'");
+    if (!seen_.contains("parameters")) return;
+    merge_parameters(submission_.parameters, crease::parameters_from_json(parse_parameters(parameters_)));
+  }
+
+ private:
+  Store& store_;
+  Submission& submission_;
+  UploadFile* file_ = nullptr;  // of the part that arrives; null: it is the parameters
+  std::string parameters_;
+  std::set<std::string> seen_;
+};
+
+void receive_multipart(std::string_view type, const httplib::ContentReader& body, Store& store,
+                       Submission& submission) {
+  MultipartReader reader(multipart_boundary(type));
+  FormParts parts(store, submission);
+  reader.on_part = [&](const MultipartReader::Part& part) { parts.begin(part); };
+  reader.on_data = [&](std::string_view data) { parts.add(data); };
+  const bool read = body([&](const char* data, std::size_t size) { return reader.feed({data, size}), true; });
+  check_body(read, "body_incomplete", "the body ended early");
+  reader.finish();
+  parts.finish();
 }
 
 void receive_protobuf(const httplib::ContentReader& body, Store& store, Submission& submission) {
   UploadFile message(store.temporary_path());
-  const bool read = body([&](const char* data, std::size_t size) {
-    message.append(data, size);
-    return true;
-  });
-  check_body(read, "body_incomplete", "the body ended early");
+  receive_raw(body, message);
   message.finish();
-  const SubmitFields fields = split_submit_message(message.path(), *submission.mesh);
+  auto weights = std::make_unique<UploadFile>(store.temporary_path());
+  const SubmitFields fields = split_submit_message(message.path(), *submission.mesh, *weights);
+  if (weights->bytes() > 0) submission.weights = std::move(weights);
   if (submission.name.empty()) submission.name = fields.name;
   settle_format(submission, fields.format, "in the message");
   merge_parameters(submission.parameters, fields.parameters);
@@ -201,16 +225,17 @@ Submission receive_submission(const httplib::Request& request, const httplib::Co
   const std::string_view header = GuardedServer::exchange().head.header("Content-Type");
   const std::string_view type = trimmed(header.substr(0, header.find(';')));
   if (equals_ignoring_case(type, "multipart/form-data")) {
-    receive_multipart(header, body, submission);
+    receive_multipart(header, body, store, submission);
   } else if (is_protobuf(type)) {
     receive_protobuf(body, store, submission);
   } else if (says_nothing(type) || !upload_format(type).empty()) {
     settle_format(submission, upload_format(type), type);
-    receive_raw(body, submission);
+    receive_raw(body, *submission.mesh);
   } else {
     throw Error("content_type_unsupported", "a mesh does not come as " + std::string(type));
   }
   submission.mesh->finish();
+  if (submission.weights != nullptr) submission.weights->finish();
   if (submission.mesh->bytes() == 0) throw Error("mesh_empty", "the upload has no bytes");
   return submission;
 }

@@ -43,6 +43,7 @@ class UploadFile {
 /// What a client wants smoothed, and how.
 struct Submission {
   std::unique_ptr<UploadFile> mesh;
+  std::unique_ptr<UploadFile> weights;  ///< a JSON array, unread; null: none came beside the mesh
   std::string name;
   std::string format;  ///< empty: by the name, then by the bytes
   crease::v1::Parameters parameters;
@@ -50,7 +51,7 @@ struct Submission {
 
 /// Reads the body of POST /v1/jobs: multipart, protobuf, or the mesh itself with parameters in the query.
 /// \throw crease::Error body_missing, content_type_unsupported, multipart_*, protobuf_invalid, json_invalid,
-/// parameter_*, payload_too_large, body_incomplete, request_timeout, mesh_empty, store_unavailable
+/// parameter_*, weights_invalid, payload_too_large, body_incomplete, request_timeout, mesh_empty, store_unavailable
 Submission receive_submission(const httplib::Request& request, const httplib::ContentReader& body, Store& store);
 
 }  // namespace creased

@@ -86,10 +86,10 @@ bool JobFiles::reserve(std::string_view id) const {
   throw file_failure("create", path);
 }
 
-void JobFiles::adopt(std::string_view id, const fs::path& upload) const {
-  sync_path(upload);
-  const fs::path target = path(id, "upload");
-  if (::rename(upload.c_str(), target.c_str()) != 0) throw file_failure("take over", upload);
+void JobFiles::adopt(std::string_view id, const fs::path& source, std::string_view name) const {
+  sync_path(source);
+  const fs::path target = path(id, name);
+  if (::rename(source.c_str(), target.c_str()) != 0) throw file_failure("take over", source);
   sync_path(target.parent_path());
   sync_path(jobs_);
 }

@@ -25,8 +25,8 @@ class JobFiles {
 
   /// Takes `id` by creating its folder; false when it is taken.
   bool reserve(std::string_view id) const;
-  /// Moves an upload into a reserved folder; on the disk when it returns.
-  void adopt(std::string_view id, const std::filesystem::path& upload) const;
+  /// Moves a file into a reserved folder under `name`; on the disk when it returns.
+  void adopt(std::string_view id, const std::filesystem::path& source, std::string_view name) const;
   /// Removes the folder of a job. It is out of sight at once, so that nobody who still writes there can keep it.
   void discard(std::string_view id) const;
   /// Writes, syncs and removes a small file.

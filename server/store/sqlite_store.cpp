@@ -18,6 +18,7 @@ namespace v1 = crease::v1;
 namespace {
 
 constexpr std::size_t kReaders = 4;
+constexpr std::string_view kUpload = "upload";
 constexpr std::chrono::hours kLeftoverAge{1};
 constexpr std::array<std::string_view, 5> kStates = {"queued", "running", "succeeded", "failed", "cancelled"};
 
@@ -26,12 +27,13 @@ std::filesystem::path prepared(std::filesystem::path database) {
   return database;
 }
 
-/// Removes the upload unless it has been moved away.
+/// Removes the files of a submission unless they have been moved away.
 struct UploadGuard {
-  const std::filesystem::path& path;
+  const NewJob& job;
   ~UploadGuard() {
     std::error_code ignored;
-    std::filesystem::remove(path, ignored);
+    std::filesystem::remove(job.upload, ignored);
+    std::filesystem::remove(job.weights, ignored);
   }
 };
 
@@ -112,7 +114,7 @@ std::string SqliteStore::reserve_id(const std::string& fingerprint) {
 
 v1::Job SqliteStore::submit(const NewJob& request, bool& created) {
   return with_store_errors([&] {
-    const UploadGuard guard{request.upload};
+    const UploadGuard guard{request};
     created = false;
     {
       ReaderPool::Loan reader(readers_);
@@ -120,7 +122,8 @@ v1::Job SqliteStore::submit(const NewJob& request, bool& created) {
     }
     const std::string id = reserve_id(request.fingerprint);
     try {
-      files_.adopt(id, request.upload);
+      if (!request.weights.empty()) files_.adopt(id, request.weights, file::kWeights);
+      files_.adopt(id, request.upload, kUpload);
       if (auto known = insert(request, id)) {
         files_.discard(id);
         return *known;
@@ -277,7 +280,7 @@ std::size_t SqliteStore::queued() {
   });
 }
 
-std::filesystem::path SqliteStore::upload_path(std::string_view id) const { return files_.path(id, "upload"); }
+std::filesystem::path SqliteStore::upload_path(std::string_view id) const { return files_.path(id, kUpload); }
 
 std::filesystem::path SqliteStore::file_path(std::string_view id, std::string_view name) const {
   return files_.path(id, name);

@@ -13,10 +13,11 @@
 
 namespace creased {
 
-/// A job as submitted: the upload lies in a file that the store takes over.
+/// A job as submitted: the upload and its weights lie in files that the store takes over.
 struct NewJob {
-  std::string fingerprint;       ///< becomes the id, unless a job has it: then a suffix is added
-  std::filesystem::path upload;  ///< at a temporary_path(); gone from there after submit(), whatever comes of it
+  std::string fingerprint;        ///< becomes the id, unless a job has it: then a suffix is added
+  std::filesystem::path upload;   ///< at a temporary_path(); gone from there after submit(), whatever comes of it
+  std::filesystem::path weights;  ///< likewise; empty: none came beside the mesh
   crease::v1::InputFacts input;
   crease::v1::Parameters parameters;  ///< resolved
   std::vector<crease::v1::Warning> warnings;
@@ -95,6 +96,7 @@ class Store {
 
 /// Files of a job beside its upload.
 namespace file {
+inline constexpr std::string_view kWeights = "weights.json";  ///< as it was sent, only where weights were
 inline constexpr std::string_view kResult = "result.pb";      ///< crease.v1.LabelledMesh
 inline constexpr std::string_view kReport = "report.pb";      ///< crease.v1.Report
 inline constexpr std::string_view kSnapshot = "snapshot.pb";  ///< crease.v1.LabelledMesh of a running job

@@ -43,10 +43,14 @@ Helper start_helper(const Inspector::Options& options) {
   return {std::move(process), std::move(ours)};
 }
 
+crease::Error to_error(const v1::Problem& problem) {
+  if (problem.field().empty()) return {problem.code(), problem.detail(), problem.place()};
+  return crease::Error::parameter(problem.code(), problem.field(), problem.value(), problem.expected(),
+                                  problem.place());
+}
+
 Inspection to_inspection(const v1::InspectResponse& response) {
-  if (response.has_error()) {
-    throw crease::Error(response.error().code(), response.error().detail(), response.error().place());
-  }
+  if (response.has_error()) throw to_error(response.error());
   return {response.facts(), {response.warnings().begin(), response.warnings().end()}};
 }
 
@@ -174,11 +178,13 @@ class Inspector::Impl {
 Inspector::Inspector(const Options& options) : impl_(std::make_unique<Impl>(options)) {}
 Inspector::~Inspector() = default;
 
-Inspection Inspector::inspect(const std::filesystem::path& upload, const std::string& format, const std::string& name) {
+Inspection Inspector::inspect(const std::filesystem::path& upload, const std::string& format, const std::string& name,
+                              const std::filesystem::path& weights) {
   v1::InspectRequest request;
   request.set_path(upload);
   request.set_format(format);
   request.set_name(name);
+  request.set_weights(weights);
   return impl_->inspect(request);
 }
 

@@ -31,9 +31,12 @@ class Inspector {
   explicit Inspector(const Options& options);
   ~Inspector();
 
-  /// Waits for a free child. `format` may be empty: then by `name`'s extension, then from the bytes.
-  /// \throw crease::Error mesh_*, or inspection_failed when the child died or ran out of time or memory on this upload
-  Inspection inspect(const std::filesystem::path& upload, const std::string& format, const std::string& name);
+  /// Waits for a free child. `format` may be empty: then by `name`'s extension, then from the bytes. `weights`
+  /// is a file with a JSON array of them, or empty.
+  /// \throw crease::Error mesh_*, weights_invalid, or inspection_failed when the child died or ran out of time or
+  /// memory on this upload
+  Inspection inspect(const std::filesystem::path& upload, const std::string& format, const std::string& name,
+                     const std::filesystem::path& weights = {});
 
   /// Of the children alive now.
   std::vector<int> process_ids() const;

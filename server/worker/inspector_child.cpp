@@ -26,10 +26,11 @@ std::optional<crease::MeshFormat> requested_format(const v1::InspectRequest& req
 
 v1::InspectResponse check(const v1::InspectRequest& request, const crease::DecodeLimits& limits) {
   const MappedFile upload(request.path());
-  const auto input = crease::check_input(upload.bytes(), requested_format(request), limits);
+  std::optional<MappedFile> weights;
+  if (!request.weights().empty()) weights.emplace(request.weights());
+  const auto input = crease::check_input(upload.bytes(), requested_format(request), limits, bytes_of(weights));
   v1::InspectResponse response;
-  *response.mutable_facts() = crease::to_message(input.facts);
-  response.mutable_facts()->set_format(std::string(crease::format_name(input.format)));
+  *response.mutable_facts() = crease::to_message(input);
   for (const auto& warning : input.warnings) *response.add_warnings() = crease::to_message(warning);
   return response;
 }

@@ -87,7 +87,13 @@ void JobRun::work() {
 crease::CheckedInput JobRun::check_upload() {
   const auto start = Clock::now();
   const MappedFile upload(store_.upload_path(claim_.job_id));
-  auto input = crease::check_input(upload.bytes(), crease::format_from_name(job_.input().format()), options_.limits);
+  std::optional<MappedFile> weights;
+  if (const auto file = path(file::kWeights); std::filesystem::exists(file)) weights.emplace(file);
+  auto input = crease::check_input(upload.bytes(), crease::format_from_name(job_.input().format()), options_.limits,
+                                   bytes_of(weights));
+  if (crease::to_message(input).weights_sha256() != job_.input().weights_sha256()) {
+    throw crease::Error(code::kInternal, "the weights of the job are not those that it was submitted with");
+  }
   timings_.set_decode_seconds(seconds_since(start));
   return input;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string_view>
 
 namespace creased {
@@ -19,5 +20,9 @@ class MappedFile {
  private:
   std::string_view bytes_;
 };
+
+inline std::optional<std::string_view> bytes_of(const std::optional<MappedFile>& file) {
+  return file ? std::optional(file->bytes()) : std::nullopt;
+}
 
 }  // namespace creased

@@ -61,6 +61,7 @@ TEST_F(CommandLine, LocalAndHttpAndAnyNumberOfThreadsGiveTheSameBytes) {
     auto run = [&](const std::string& name, std::vector<std::string> more) {
       std::vector<std::string> all = common;
       all.insert(all.end(), {"-o", path(name), "--labels", path(name + ".labels.json")});
+      all.insert(all.end(), {"--ridges", path(name + (format == "glb" ? ".ridges.glb" : ".ridges.json"))});
       all.insert(all.end(), more.begin(), more.end());
       const Finished finished = crease(all);
       ASSERT_EQ(finished.exit_code, 0) << finished.errors;
@@ -72,6 +73,9 @@ TEST_F(CommandLine, LocalAndHttpAndAnyNumberOfThreadsGiveTheSameBytes) {
     EXPECT_TRUE(bytes(one) == bytes(two)) << format;
     EXPECT_TRUE(bytes(one) == bytes(http)) << format;
     EXPECT_TRUE(bytes(one + ".labels.json") == bytes(http + ".labels.json")) << format;
+    const std::string ridges = format == "glb" ? ".ridges.glb" : ".ridges.json";
+    EXPECT_FALSE(bytes(one + ridges).empty());
+    EXPECT_TRUE(bytes(one + ridges) == bytes(http + ridges)) << format;
   }
 }
 
@@ -84,6 +88,26 @@ TEST_F(CommandLine, AnotherSeedGivesAnotherMesh) {
     return bytes(seed + ".obj");
   };
   EXPECT_NE(smooth("1"), smooth("2"));
+}
+
+TEST_F(CommandLine, WeightsGiveTheSameBytesLocallyAndOverHttp) {
+  const std::size_t vertices = cube(4).positions.size();
+  json weights = json::array();
+  for (std::size_t v = 0; v < vertices; ++v) weights.push_back(v % 2 == 0 ? 0.5 : 20);
+  write("weights.json", weights.dump());
+  const auto smooth = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> all = {"smooth", path("noisy.obj"), "-o", path(name), "-p", "sweeps=20"};
+    all.insert(all.end(), more.begin(), more.end());
+    const Finished finished = crease(all);
+    EXPECT_EQ(finished.exit_code, 0) << finished.errors;
+    return bytes(name);
+  };
+  const std::string local = smooth("local.glb", {"--local", "--weights", path("weights.json")});
+  EXPECT_TRUE(local == smooth("http.glb", {"--server", url(), "--weights", path("weights.json")}));
+  EXPECT_FALSE(local == smooth("plain.glb", {"--local"}));
+  const Finished submitted = remote({"submit", path("noisy.obj"), "--weights", path("weights.json"), "--json"});
+  ASSERT_EQ(submitted.exit_code, 0) << submitted.errors;
+  EXPECT_EQ(json::parse(submitted.output)["input"]["weights_sha256"].get<std::string>().size(), 64U);
 }
 
 TEST_F(CommandLine, SmoothPrintsOneObjectWithJson) {
@@ -151,12 +175,18 @@ TEST_F(CommandLine, BadParametersAreRefusedAsTheServiceDoes) {
 
 TEST_F(CommandLine, ExitCodesSayWhatWentWrong) {
   write("broken.obj", "v 0 0 0\nf 1 2 3\n");
+  write("three.json", "[1, 1, 1]");
   const std::string noisy = path("noisy.obj"), out = path("out.obj");
   const std::string broken = path("broken.obj");
   const std::vector<std::pair<std::vector<std::string>, int>> cases = {
       {{"smooth", noisy, "-o", out, "--local", "-p", "seed"}, 2},
       {{"smooth", noisy, "-o", out, "--local", "-p", "seed=1", "--seed", "2"}, 2},
       {{"smooth", noisy, "-o", path("out.xyz"), "--local"}, 2},
+      {{"smooth", noisy, "-o", out, "--ridges", path("ridges.csv"), "--local"}, 2},
+      {{"smooth", noisy, "-o", out, "--weights", path("three.json"), "--local"}, 3},
+      {{"smooth", noisy, "-o", out, "--weights", path("three.json"), "--server", url()}, 3},
+      {{"smooth", noisy, "-o", out, "--weights", path("missing.json"), "--local"}, 9},
+      {{"smooth", noisy, "-o", out, "--weights", path("missing.json"), "--server", url()}, 9},
       {{"smooth", noisy}, 2},
       {{"smoothen"}, 2},
       {{}, 2},
@@ -227,6 +257,11 @@ TEST_F(CommandLine, AJobGoesThroughItsWholeLife) {
   EXPECT_THAT(bytes("out.ply"), testing::StartsWith("ply"));
   EXPECT_EQ(json::parse(remote({"labels", id}).output)["edges"].size(), 288U);
   EXPECT_EQ(remote({"labels", id, "-o", path("labels.csv"), "--min", "0.5"}).exit_code, 0);
+  EXPECT_TRUE(json::parse(remote({"ridges", id}).output)["ridges"].is_array());
+  EXPECT_EQ(remote({"ridges", id, "-o", path("ridges.glb")}).exit_code, 0);
+  EXPECT_THAT(bytes("ridges.glb"), testing::StartsWith("glTF"));
+  EXPECT_EQ(remote({"ridges", id, "--format", "glb"}).exit_code, 2);
+  EXPECT_EQ(remote({"ridges", id, "-o", path("ridges.csv")}).exit_code, 2);
   EXPECT_EQ(json::parse(remote({"report", id}).output)["sweeps"].size(), 10U);
   EXPECT_EQ(remote({"labels", id, "--min", "2"}).exit_code, 2);
 

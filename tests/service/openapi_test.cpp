@@ -105,9 +105,14 @@ TEST_F(OpenApi, ProblemsThatAreMetAreDocumentedWhereTheyAreMet) {
   documented("/v1/jobs", "post", call("POST", "/v1/jobs?x=1", obj, "f 1 2 3\n"));
   documented("/v1/jobs", "post", call("POST", "/v1/jobs?seed=-1", obj, "f 1 2 3\n"));
   documented("/v1/jobs", "post", call("POST", "/v1/jobs", {{"Content-Type", "a/b"}}, "f"));
+  documented("/v1/jobs", "post",
+             post_form(port(), "/v1/jobs", {{"mesh", small_obj(), "a.obj", ""}, {"weights", "[1]", "", ""}}));
   documented("/v1/jobs", "get", call("GET", "/v1/jobs?limit=0"));
   documented("/v1/jobs/{id}", "get", call("GET", "/v1/jobs/nope"));
   documented("/v1/jobs/{id}/mesh", "get", call("GET", "/v1/jobs/nope/mesh"));
+  documented("/v1/jobs/{id}/ridges", "get", call("GET", "/v1/jobs/nope/ridges"));
+  documented("/v1/jobs/{id}/ridges", "get", call("GET", "/v1/jobs/nope/ridges?format=obj"));
+  documented("/v1/jobs/{id}/ridges", "get", call("GET", "/v1/jobs/nope/ridges", {{"Accept", "image/png"}}));
   documented("/v1/jobs/{id}/labels", "get", call("GET", "/v1/jobs/nope/labels?min=3"));
 }
 

@@ -164,6 +164,44 @@ TEST_F(Results, LabelsAreFilteredByTheirSize) {
   for (const auto& label : some["labels"]) EXPECT_GE(label.get<double>(), 0.5);
 }
 
+TEST_F(Results, RidgesComeAsJsonAndGlb) {
+  const auto json = call("GET", self() + "/ridges");
+  ASSERT_EQ(json.status, 200) << json.body;
+  EXPECT_EQ(json.header("content-type"), "application/json");
+  const auto ridges = json.json();
+  EXPECT_EQ(ridges["count"], job_["result"]["ridge_lines"]);
+  EXPECT_EQ(ridges["ridges"].size(), ridges["count"]);
+  EXPECT_EQ(ridges["corners"].size(), job_["result"]["corners"]);
+  EXPECT_GT(job_["result"]["segments"], 0);
+  std::size_t edges = 0;
+  for (const auto& line : ridges["ridges"]) {
+    edges += line["vertices"].size() - (line["closed"] ? 0 : 1);
+    EXPECT_GE(line["mean_label"].get<double>(), 0.5);
+  }
+  EXPECT_EQ(edges, job_["result"]["ridge_edges"]);
+
+  const auto glb = call("GET", self() + "/ridges?format=glb");
+  EXPECT_EQ(glb.header("content-type"), "model/gltf-binary");
+  EXPECT_TRUE(glb.body.starts_with("glTF"));
+  EXPECT_EQ(call("GET", self() + "/ridges", {{"Accept", "model/gltf-binary"}}).body, glb.body);
+  EXPECT_EQ(call("GET", self() + "/ridges", {{"Accept", "text/csv"}}).code(), "not_acceptable");
+  EXPECT_EQ(call("GET", self() + "/ridges?format=csv").code(), "parameter_invalid");
+  EXPECT_NE(glb.header("etag"), json.header("etag"));
+  EXPECT_EQ(call("GET", self() + "/ridges", {{"If-None-Match", json.header("etag")}}).status, 304);
+  EXPECT_EQ(call("GET", self() + "/ridges", {{"Range", "bytes=0-3"}}).body, json.body.substr(0, 4));
+  EXPECT_EQ(job_["links"]["ridges"], self() + "/ridges");
+}
+
+TEST_F(Results, MeshesTellClassesAndSegments) {
+  const auto mesh = call("GET", self() + "/mesh?format=json").json();
+  EXPECT_EQ(mesh["classes"].size(), mesh["positions"].size());
+  EXPECT_EQ(mesh["segments"].size(), mesh["triangles"].size());
+  EXPECT_EQ(mesh["extras"]["counts"]["segments"], job_["result"]["segments"]);
+  const std::string glb = call("GET", self() + "/mesh?format=glb").body;
+  EXPECT_NE(glb.find("_CLASS"), std::string::npos);
+  EXPECT_NE(glb.find("_SEGMENT"), std::string::npos);
+}
+
 TEST_F(Results, ReportTellsTheEnergyOfEverySweep) {
   const auto report = call("GET", self() + "/report").json();
   EXPECT_EQ(report["sweeps"].size(), 3U);
@@ -177,7 +215,7 @@ TEST_F(Results, ReportTellsTheEnergyOfEverySweep) {
 
 TEST_F(Results, OfAJobThatRunsAreRefusedExceptItsSnapshot) {
   const auto running = server().submit(obj_text(icosphere(4)), kLong);
-  for (const std::string part : {"/mesh", "/labels", "/report"}) {
+  for (const std::string part : {"/mesh", "/labels", "/ridges", "/report"}) {
     const auto response = call("GET", path_of(running) + part);
     EXPECT_EQ(response.status, 409);
     EXPECT_EQ(response.code(), "job_not_finished");
@@ -190,11 +228,15 @@ TEST_F(Results, OfAJobThatRunsAreRefusedExceptItsSnapshot) {
     return snapshot.status == 200;
   }));
   EXPECT_EQ(decode_mesh(snapshot.body, MeshFormat::kObj).mesh.triangles, icosphere(4).triangles);
+  const auto plain = call("GET", path_of(running) + "/mesh?snapshot=true&format=json").json();
+  EXPECT_FALSE(plain.contains("classes") || plain.contains("segments"));
   EXPECT_EQ(snapshot.headers.count("etag"), 0U);
   EXPECT_EQ(snapshot.header("cache-control"), "no-store");
   call("POST", path_of(running) + "/cancel");
   EXPECT_EQ(server().wait_for_state(running["id"], "cancelled")["state"], "cancelled");
-  EXPECT_EQ(call("GET", path_of(running) + "/mesh").code(), "job_cancelled");
+  for (const std::string part : {"/mesh", "/labels", "/ridges", "/report"}) {
+    EXPECT_EQ(call("GET", path_of(running) + part).code(), "job_cancelled");
+  }
   EXPECT_EQ(call("GET", self() + "/mesh?snapshot=true").body, call("GET", self() + "/mesh").body);
 }
 

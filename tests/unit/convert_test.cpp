@@ -1,12 +1,16 @@
 #include "proto/convert.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <set>
 
 #include "core/error.h"
+#include "core/features/features.h"
 #include "proto/parameter_table.h"
+#include "tests/support/labelled_meshes.h"
 #include "tests/support/meshes.h"
 
 namespace crease {
@@ -46,6 +50,67 @@ TEST(LabelledMeshMessage, BringsEveryMeshBackBitForBit) {
     EXPECT_EQ(after.labels, before.labels) << name;
     EXPECT_EQ(after.dihedral_rad, before.dihedral_rad) << name;
   }
+}
+
+TEST(LabelledMeshMessage, BringsFeaturesBackWhereThereAreAny) {
+  for (const auto& member : test::mesh_family()) {
+    SCOPED_TRACE(member.name);
+    LabelledMesh before = test::labelled(member.mesh);
+    Features features = find_features(before.mesh, build_topology(before.mesh), before.mesh.positions, before.labels);
+    before.classes = std::move(features.classes);
+    before.segments = std::move(features.segments);
+    before.ridge_lines = std::move(features.ridge_lines);
+    before.corners = std::move(features.corners);
+    v1::LabelledMesh parsed;
+    ASSERT_TRUE(parsed.ParseFromString(to_message(before).SerializeAsString()));
+    const LabelledMesh after = from_message(parsed);
+    EXPECT_EQ(after.classes, before.classes);
+    EXPECT_EQ(after.segments, before.segments);
+    EXPECT_EQ(after.corners, before.corners);
+    ASSERT_EQ(after.ridge_lines.size(), before.ridge_lines.size());
+    EXPECT_EQ(encode_ridges_json(after.ridge_lines, after.corners),
+              encode_ridges_json(before.ridge_lines, before.corners));
+    for (std::size_t i = 0; i < after.ridge_lines.size(); ++i) {
+      EXPECT_EQ(after.ridge_lines[i].mean_dihedral_rad, before.ridge_lines[i].mean_dihedral_rad);
+    }
+  }
+}
+
+TEST(LabelledMeshMessage, RefusesFeaturesThatDoNotFit) {
+  const v1::LabelledMesh good = to_message(labelled(test::cube(1)));
+  const std::vector<std::function<void(v1::LabelledMesh&)>> faults = {
+      [](auto& message) { message.add_classes(0); },
+      [](auto& message) { message.mutable_classes()->Resize(8, 3); },
+      [](auto& message) { message.add_segments(0); },
+      [](auto& message) { message.add_corners(8); },
+      [](auto& message) { message.add_ridge_lines()->add_vertices(8); },
+  };
+  for (const auto& spoil : faults) {
+    v1::LabelledMesh message = good;
+    spoil(message);
+    EXPECT_THROW(from_message(message), Error);
+  }
+}
+
+TEST(FactsMessages, BringEveryFactBack) {
+  InputFacts input;
+  input.vertices = 8;
+  input.flipped_faces = 3;
+  input.noise_sigma = 0.25;
+  EXPECT_EQ(to_message(from_message(to_message(input))).SerializeAsString(), to_message(input).SerializeAsString());
+  const ResultFacts result{.ridge_edges = 1,
+                           .ridge_length = 2,
+                           .ridge_lines = 3,
+                           .corners = 4,
+                           .segments = 5,
+                           .max_displacement = 6,
+                           .rms_displacement = 7,
+                           .volume_change = 8,
+                           .seconds = 9};
+  const v1::ResultFacts message = to_message(result);
+  EXPECT_EQ(message.ridge_lines(), 3U);
+  EXPECT_EQ(to_message(from_message(message)).SerializeAsString(), message.SerializeAsString());
+  EXPECT_EQ(static_cast<int>(to_json(message).size()), v1::ResultFacts::descriptor()->field_count());
 }
 
 TEST(LabelledMeshMessage, RefusesArraysThatDoNotFitTogether) {
@@ -111,22 +176,32 @@ TEST(ToJson, KeepsEveryBitOfANumber) {
 
 TEST(JobFingerprint, DependsOnWhateverChangesTheResultAndOnNothingElse) {
   const v1::Parameters defaults = resolve({});
-  const std::string base = job_fingerprint("aa", "obj", defaults);
+  const auto fingerprint = [](const std::string& sha256, const std::string& format, const std::string& weights,
+                              const v1::Parameters& parameters) {
+    v1::InputFacts input;
+    input.set_sha256(sha256);
+    input.set_format(format);
+    input.set_weights_sha256(weights);
+    return job_fingerprint(input, parameters);
+  };
+  const std::string base = fingerprint("aa", "obj", "", defaults);
   EXPECT_EQ(base.size(), 20U);
   EXPECT_EQ(base.find_first_not_of("0123456789abcdef"), std::string::npos);
-  EXPECT_EQ(job_fingerprint("aa", "obj", defaults), base);
+  EXPECT_EQ(fingerprint("aa", "obj", "", defaults), base);
 
   v1::Parameters threads = defaults;
   threads.set_threads(17);
-  EXPECT_EQ(job_fingerprint("aa", "obj", threads), base);
+  EXPECT_EQ(fingerprint("aa", "obj", "", threads), base);
 
-  std::set<std::string> all = {base, job_fingerprint("ab", "obj", defaults), job_fingerprint("aa", "ply", defaults)};
+  std::set<std::string> all = {base, fingerprint("ab", "obj", "", defaults), fingerprint("aa", "ply", "", defaults),
+                               fingerprint("aa", "obj", "cc", defaults)};
   std::size_t expected = all.size();
   for (const ParameterInfo& info : parameter_table()) {
     if (info.type != ParameterType::kInteger && info.type != ParameterType::kNumber) continue;
     v1::Parameters changed = defaults;
-    set_parameter(changed, info.name, "7");
-    all.insert(job_fingerprint("aa", "obj", changed));
+    set_parameter(changed, info.name,
+                  fmt::format("{}", std::stod(info.default_text) == info.min ? info.max : info.min));
+    all.insert(fingerprint("aa", "obj", "", changed));
     expected += changes_result(info.name) ? 1 : 0;
   }
   EXPECT_EQ(all.size(), expected);

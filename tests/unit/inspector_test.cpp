@@ -94,6 +94,21 @@ TEST_F(InspectorTest, ARefusalSaysWhatIsWrongAndWhere) {
   EXPECT_EQ(refusal(inspector, write("mesh.obj", "v 0 0 0\n"), "step").code(), crease::code::kMeshFormatUnknown);
 }
 
+TEST_F(InspectorTest, ARefusalOfWeightsNamesTheItem) {
+  Inspector inspector(options());
+  const fs::path upload = write("triangle.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_EQ(inspector.inspect(upload, "", "a.obj", write("good.json", "[1, 2, 3]")).facts.weights_sha256().size(), 64U);
+  try {
+    inspector.inspect(upload, "", "a.obj", write("bad.json", "[1, 2, -3]"));
+    FAIL();
+  } catch (const crease::Error& error) {
+    EXPECT_EQ(error.code(), crease::code::kWeightsInvalid);
+    EXPECT_EQ(error.field(), "weights[2]");
+    EXPECT_EQ(error.value(), "-3");
+    EXPECT_EQ(error.expected(), "a number from 0 to 1000000");
+  }
+}
+
 TEST_F(InspectorTest, TheFormatIsThatOfTheRequestThenOfTheNameThenOfTheBytes) {
   Inspector inspector(options());
   const fs::path upload = write("mesh", obj_text(crease::test::cube(2)));

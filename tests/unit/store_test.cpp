@@ -24,6 +24,25 @@ TEST_F(StoreTest, ASubmittedJobComesBackWhole) {
   EXPECT_EQ(read_file(store().upload_path(job.id())), "bytes");
 }
 
+TEST_F(StoreTest, WeightsGoWithTheUpload) {
+  const auto weighted = [this](const std::string& key) {
+    NewJob request = new_job(store(), "abc", "bytes");
+    request.idempotency_key = key;
+    request.weights = store().temporary_path();
+    std::ofstream(request.weights) << "[1, 2]";
+    return request;
+  };
+  bool created = false;
+  const NewJob request = weighted("key"), retry = weighted("key");
+  const std::string id = store().submit(request, created).id();
+  EXPECT_EQ(read_file(store().file_path(id, file::kWeights)), "[1, 2]");
+  store().submit(retry, created);
+  EXPECT_FALSE(created);
+  EXPECT_TRUE(fs::is_empty(incoming()));
+  EXPECT_TRUE(store().remove(id));
+  EXPECT_FALSE(fs::exists(job_folder(id)));
+}
+
 TEST_F(StoreTest, ATakenFingerprintGetsASuffix) {
   EXPECT_EQ(submit("abc").id(), "abc");
   const std::string second = submit("abc").id(), third = submit("abc").id();

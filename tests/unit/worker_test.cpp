@@ -121,6 +121,16 @@ TEST_F(WorkerTest, AJobRunsToTheResultOfARunInProcess) {
   EXPECT_GT(done.result().seconds(), 0);
 }
 
+TEST_F(WorkerTest, AJobWhoseWeightsAreGoneFails) {
+  bool created = false;
+  auto request = new_job(store(), "abc", obj_text(crease::test::cube(4)), sweeps(kFew));
+  request.input.set_weights_sha256("of weights that are not there");
+  store().submit(request, created);
+  const Worker worker(store());
+  ASSERT_TRUE(reaches("abc", "failed"));
+  EXPECT_EQ(job("abc").error().code(), "internal");
+}
+
 TEST_F(WorkerTest, TheReportTellsWhatWasDone) {
   submit("abc", obj_text(crease::test::cube(4)), sweeps(kFew));
   const Worker worker(store());
