@@ -1,0 +1,174 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/job.h"
+#include "core/measure/noise.h"
+#include "proto/parameter_table.h"
+#include "tests/support/meshes.h"
+
+namespace crease {
+namespace {
+
+using Assignments = std::vector<std::string>;
+
+/// A value other than the default, and the settings under which it is documented to matter: one run of each.
+struct Effect {
+  std::string name, value;
+  std::vector<Assignments> contexts = {{}};
+};
+
+const std::vector<Assignments> kFace = {{"process=face", "rounds=2"}, {"process=both", "rounds=2"}};
+const std::vector<Assignments> kBothSolvers = {{"solver=metropolis"}, {"solver=mean_field"}};
+
+const std::vector<Effect> kEffects = {
+    {"method", "taubin"},
+    {"process", "face"},
+    {"solver", "mean_field", {{"process=vertex"}, {"process=face"}}},
+    {"sweeps", "21", kBothSolvers},
+    {"seed", "2"},
+    {"likelihood", "huber", kBothSolvers},
+    {"likelihood_weight", "0.5", kBothSolvers},
+    {"likelihood_weight_start", "1", kBothSolvers},
+    {"likelihood_width", "0.01", {{"likelihood=huber"}}},
+    {"scan_direction_x", "1", {{"likelihood=anisotropic"}}},
+    {"scan_direction_y", "1", {{"likelihood=anisotropic"}}},
+    {"scan_direction_z", "1", {{"likelihood=anisotropic"}}},
+    {"likelihood_across", "2", {{"likelihood=anisotropic"}}},
+    {"volume_weight", "5", {{"likelihood=volume"}}},
+    {"smoothness", "square_root", kBothSolvers},
+    {"smoothness_weight", "2", kBothSolvers},
+    {"smoothness_width_deg", "5", {{"smoothness=huber"}, {"smoothness=truncated"}}},
+    {"curvature_weight", "0.5", kBothSolvers},
+    {"edge_process", "false", kBothSolvers},
+    {"sharpness_threshold_deg", "30", kBothSolvers},
+    {"sharpness_weight", "1.2", kBothSolvers},
+    {"support_weight", "0", kBothSolvers},
+    {"ridge_kind", "convex", kBothSolvers},
+    {"sharpness_limit_deg", "60", kBothSolvers},
+    {"continuity_weight", "1", kBothSolvers},
+    {"ridge_line_weight", "1", kBothSolvers},
+    {"rounds", "3", kFace},
+    {"fit_steps", "5", kFace},
+    {"normal_weight", "0.5", kFace},
+    {"corner_weight", "0.5", kFace},
+    {"normal_temperature_start", "0.1", kFace},
+    {"normal_temperature_end", "0.005", kFace},
+    {"label_temperature_start", "1", kBothSolvers},
+    {"label_temperature_end", "0.1", kBothSolvers},
+    {"vertex_temperature_start", "0.5"},
+    {"vertex_temperature_end", "0.01"},
+    {"step_size", "0.05", {{"process=vertex"}, {"process=face"}}},
+    {"iterations",
+     "2",
+     {{"method=fuzzy_vector_median"},
+      {"method=taubin"},
+      {"method=mean_curvature_flow"},
+      {"method=anisotropic_flow"},
+      {"method=normal_diffusion"},
+      {"method=bilateral"},
+      {"method=diebel"}}},
+    {"flow_step",
+     "0.5",
+     {{"method=taubin"}, {"method=mean_curvature_flow"}, {"method=anisotropic_flow"}, {"method=normal_diffusion"}}},
+    {"passband", "0.2", {{"method=taubin"}}},
+    {"spatial_width", "2", {{"method=bilateral"}, {"method=non_iterative"}}},
+    {"range_width", "0.1", {{"method=bilateral"}, {"method=non_iterative"}}},
+    {"normal_width_deg",
+     "40",
+     {{"method=fuzzy_vector_median"}, {"method=normal_diffusion"}, {"method=anisotropic_flow"}}},
+    {"fitting_steps", "3", {{"method=fuzzy_vector_median"}, {"method=normal_diffusion"}}},
+    {"diebel_weight", "5", {{"method=diebel"}}},
+};
+
+const CheckedInput& noisy_part() {
+  static const CheckedInput input = [] {
+    CheckedInput part;
+    part.mesh = add_noise(test::cad_part(2).mesh, 0.2, 1, NoiseKind::kNormal);
+    part.topology = build_topology(part.mesh);
+    part.facts = inspect(part.mesh, part.topology, part.warnings);
+    return part;
+  }();
+  return input;
+}
+
+v1::Parameters parameters(const Assignments& assignments) {
+  v1::Parameters given;
+  given.set_sweeps(20);
+  for (const std::string& assignment : assignments) {
+    const auto equals = assignment.find('=');
+    set_parameter(given, assignment.substr(0, equals), assignment.substr(equals + 1));
+  }
+  return resolve(given);
+}
+
+struct Outcome {
+  std::vector<Vec3> positions;
+  std::vector<double> labels;
+  bool operator==(const Outcome&) const = default;
+};
+
+Outcome run(const v1::Parameters& resolved) {
+  RunContext context;
+  JobOutput output = run_job(noisy_part(), to_options(resolved), context);
+  return {std::move(output.result.mesh.positions), std::move(output.result.labels)};
+}
+
+/// What the same parameters gave before.
+const Outcome& outcome(const Assignments& context) {
+  static std::map<std::string, Outcome> known;
+  const v1::Parameters resolved = parameters(context);
+  const auto [entry, is_new] = known.try_emplace(resolved.SerializeAsString());
+  if (is_new) entry->second = run(resolved);
+  return entry->second;
+}
+
+TEST(ParameterEffect, EveryParameterThatChangesTheResultHasARow) {
+  std::vector<std::string> rows, expected;
+  for (const Effect& effect : kEffects) rows.push_back(effect.name);
+  for (const std::string& name : parameter_names()) {
+    if (changes_result(name)) expected.push_back(name);
+  }
+  EXPECT_THAT(rows, testing::UnorderedElementsAreArray(expected));
+}
+
+TEST(ParameterEffect, EveryParameterChangesTheResultWhereItIsDocumentedTo) {
+  for (const Effect& effect : kEffects) {
+    for (const Assignments& context : effect.contexts) {
+      SCOPED_TRACE(effect.name + "=" + effect.value + " with " + testing::PrintToString(context));
+      Assignments changed = context;
+      changed.push_back(effect.name + "=" + effect.value);
+      ASSERT_NE(parameters(changed).SerializeAsString(), parameters(context).SerializeAsString());
+      EXPECT_FALSE(run(parameters(changed)) == outcome(context));
+    }
+  }
+}
+
+TEST(ParameterEffect, EveryWordOfAParameterGivesAResultOfItsOwn) {
+  for (const ParameterInfo& info : parameter_table()) {
+    std::map<std::string, Outcome> found;
+    for (const std::string& word : info.values) {
+      if (word == "auto") continue;
+      Outcome result = run(parameters({info.name + "=" + word}));
+      for (const auto& [other, known] : found)
+        EXPECT_FALSE(result == known) << info.name << ": " << word << ", " << other;
+      found.emplace(word, std::move(result));
+    }
+  }
+}
+
+TEST(ParameterEffect, ThreadsChangeNothing) {
+  for (const Assignments& context :
+       {Assignments{}, {"process=face"}, {"process=both", "solver=mean_field"}, {"method=diebel"}}) {
+    Assignments one = context, three = context;
+    one.emplace_back("threads=1");
+    three.emplace_back("threads=3");
+    EXPECT_TRUE(run(parameters(one)) == run(parameters(three))) << testing::PrintToString(context);
+  }
+}
+
+}  // namespace
+}  // namespace crease
