@@ -159,10 +159,11 @@ std::string base64(const std::string& bytes) {
   return text;
 }
 
-/// Two triangles as two primitives, side by side; the second has `_WEIGHT`, of three elements in `weights`.
-std::string gltf(int component, bool normalized, const std::string& weights, const std::string& type = "SCALAR") {
+/// A triangle as two primitives, the second `apart` from the first and with `_WEIGHT`, of three elements in `weights`.
+std::string gltf(int component, bool normalized, const std::string& weights, const std::string& type = "SCALAR",
+                 float apart = 5) {
   std::string positions;
-  for (const float x : {0.0F, 1.0F, 0.0F, 5.0F, 6.0F, 5.0F}) {
+  for (const float x : {0.0F, 1.0F, 0.0F, apart, 1 + apart, apart}) {
     append(positions, x, false);
     append(positions, positions.size() % 36 == 28 ? 1.0F : 0.0F, false);
     append(positions, 0.0F, false);
@@ -193,6 +194,16 @@ TEST(GltfWeights, ComeFromTheAttributeAndAreOneElsewhere) {
   EXPECT_EQ(weights(gltf(5123, true, packed<std::uint16_t>({65535, 0, 13107}))),
             (std::vector<double>{1, 1, 1, 1, 0, 0.2}));
   EXPECT_EQ(weights(gltf(5121, false, packed<std::uint8_t>({255, 1, 0}))), (std::vector<double>{1, 1, 1, 255, 1, 0}));
+}
+
+TEST(GltfWeights, OfVerticesThatAreWeldedAreThoseOfTheFirst) {
+  const std::string weights = packed({0.5F, 2.0F, 0.0F});
+  const auto one = decode_mesh(gltf(5126, false, weights, "SCALAR", 0), MeshFormat::kGltf);
+  EXPECT_EQ(one.weights, (std::vector<double>{1, 1, 1}));
+  // The second primitive's vertices lie one to the right: only its first lies where one of the others does.
+  const auto beside = decode_mesh(gltf(5126, false, weights, "SCALAR", 1), MeshFormat::kGltf);
+  EXPECT_EQ(beside.weights, (std::vector<double>{1, 1, 1, 2, 0}));
+  EXPECT_EQ(beside.mesh.positions.size(), 5U);
 }
 
 TEST(GltfWeights, AreRefusedWithTheirPlace) {
