@@ -97,7 +97,11 @@ Lanes VertexProcess::Visit::prior_change(const VertexProcess& process, const Lan
     const LaneVectors spokes =
         transposed([&](std::size_t k) { return from(vertex, field.positions[block.points[k]]); }) - displacement;
     const LaneVectors moved = unit_normals(spokes, shifted_down(spokes));
-    *moved_block++ = moved;
+    // Member by member: a copy of the whole goes through other registers.
+    moved_block->x = moved.x;
+    moved_block->y = moved.y;
+    moved_block->z = moved.z;
+    ++moved_block;
     const LaneVectors normals = stored_normals(block.faces), outer = stored_normals(block.outer_faces);
     change +=
         weights(block.rim_edges) * (potential(moved - outer) - potential(normals - outer)) +
@@ -136,9 +140,7 @@ void VertexProcess::set_model(const EnergyModel& model, ThreadTeam& team) {
   constexpr std::size_t kChunk = 8192;
   model_ = model;
   team.run(field_.labels.size(), kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t e = begin; e < end; ++e) {
-      smoothing_[e] = field_.topology.is_interior(e) ? static_cast<float>(1 - field_.labels[e]) : 0;
-    }
+    for (std::size_t e = begin; e < end; ++e) smoothing_[e] = static_cast<float>(1 - field_.labels[e]);
   });
   ridge_straightness_.reset();
   if (model.ridge_line_weight > 0) ridge_straightness_.emplace(field_, team);

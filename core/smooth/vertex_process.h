@@ -51,7 +51,7 @@ class VertexProcess {
   const Schedule& schedule_;
   Rings rings_;
   EnergyModel model_;
-  std::vector<float> smoothing_;  ///< 1 − ε per interior edge, 0 for the others and for Rings::no_edge
+  std::vector<float> smoothing_;                         ///< 1 − ε per edge, 0 for Rings::no_edge
   std::optional<RidgeStraightness> ridge_straightness_;  ///< where the model has a term for it
   std::vector<Visit> visits_;                            ///< a batch for each thread
 };

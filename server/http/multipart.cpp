@@ -59,7 +59,7 @@ MultipartReader::Part parse_part_head(std::string_view head) {
 }  // namespace
 
 std::string multipart_boundary(std::string_view content_type) {
-  const std::string boundary = parameter_of(content_type, "boundary");
+  std::string boundary = parameter_of(content_type, "boundary");
   if (boundary.empty() || boundary.size() > 70) invalid("the Content-Type has no boundary of 1 to 70 characters");
   return boundary;
 }

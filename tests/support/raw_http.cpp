@@ -138,7 +138,7 @@ bool RawConnection::closed_within(std::chrono::milliseconds time) {
 std::string raw_request(const std::string& method, const std::string& target, const Headers& headers,
                         const std::string& body) {
   std::string text = method + " " + target + " HTTP/1.1\r\nHost: localhost\r\n";
-  for (const auto& [name, value] : headers) text += name + ": " + value + "\r\n";
+  for (const auto& [name, value] : headers) text.append(name).append(": ").append(value).append("\r\n");
   if (!body.empty() || method == "POST") text += "Content-Length: " + std::to_string(body.size()) + "\r\n";
   return text + "\r\n" + body;
 }
