@@ -160,6 +160,15 @@ bool has_json_type(const ParameterInfo& info, const nlohmann::json& value) {
   return value.is_string();
 }
 
+/// What no single range can say. λ of Taubin's filter amplifies every frequency beyond this [Taubin 1995].
+void check_together(const v1::Parameters& resolved) {
+  constexpr double kLargestTaubinStep = 0.65;
+  if (resolved.method() == "taubin" && resolved.flow_step() > kLargestTaubinStep) {
+    throw Error::parameter(code::kParameterOutOfRange, "flow_step", fmt::format("{}", resolved.flow_step()),
+                           fmt::format("a number from 0 to {} with method=taubin", kLargestTaubinStep));
+  }
+}
+
 nlohmann::ordered_json to_json(const OptionValue& value) {
   return std::visit([](const auto& v) { return nlohmann::ordered_json(v); }, value);
 }
@@ -263,6 +272,7 @@ v1::Parameters resolve(const v1::Parameters& parameters) {
   for (const ParameterInfo& info : parameter_table()) {
     if (!is_set(resolved, info)) set_parameter(resolved, info.name, info.default_text);
   }
+  check_together(resolved);
   if (resolved.process() == "auto") resolved.set_process("both");
   if (resolved.solver() == "auto") resolved.set_solver("metropolis");
   if (resolved.threads() == 0) resolved.set_threads(std::max(1U, std::thread::hardware_concurrency()));

@@ -194,6 +194,22 @@ TEST(Validate, RefusesWhatAMessageHoldsOutOfRange) {
   EXPECT_EQ(error_of([&] { validate(unknown); }).code(), code::kParameterUnknown);
 }
 
+TEST(Resolve, RefusesAStepThatTaubinsFilterCannotTake) {
+  v1::Parameters given;
+  given.set_flow_step(0.66);
+  EXPECT_NO_THROW(resolve(given));  // another method's step
+  given.set_method("taubin");
+  try {
+    resolve(given);
+    FAIL() << "not refused";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), code::kParameterOutOfRange);
+    EXPECT_NE(error.detail().find("flow_step"), std::string::npos);
+  }
+  given.set_flow_step(0.65);
+  EXPECT_NO_THROW(resolve(given));
+}
+
 TEST(Resolve, KeepsWhatIsGivenAndSetsTheRest) {
   v1::Parameters given;
   given.set_sweeps(7);
