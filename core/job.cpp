@@ -56,8 +56,9 @@ SmoothResult denoise_classically(const CheckedInput& input, const SmoothOptions&
 }
 
 void settle_weights(std::vector<double> of_mesh, std::optional<std::string_view> beside, CheckedInput& input) {
+  const bool replaced = beside && !of_mesh.empty();
   input.weights = beside ? read_weights(*beside, input.mesh.positions.size()) : std::move(of_mesh);
-  if (beside && !of_mesh.empty()) {
+  if (replaced) {
     input.warnings.push_back({"weights_replaced", "the mesh file has weights too; those that came beside it are used"});
   }
   if (!input.weights.empty() && std::ranges::all_of(input.weights, [](double weight) { return weight == 0; })) {

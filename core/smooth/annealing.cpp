@@ -15,10 +15,10 @@ double scheduled(double start, double end, double time) {
   return start > 0 && end > 0 ? start * std::pow(end / start, time) : start + (end - start) * time;
 }
 
-Annealing::Annealing(const Mesh& mesh_, const Topology& topology, const SmoothOptions& options_,
+Annealing::Annealing(const Mesh& measured, const Topology& topology, const SmoothOptions& run_options,
                      std::span<const double> weights)
-    : options(options_),
-      mesh(mesh_),
+    : options(run_options),
+      mesh(measured),
       team(options.threads),
       field(mesh, topology, options, weights),
       final_model(EnergyModel::final_of(options)),

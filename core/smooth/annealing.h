@@ -16,8 +16,10 @@ double scheduled(double start, double end, double time);
 /// The state that all stages of a run work on, and the edge process that each of their sweeps begins with.
 class Annealing {
  public:
-  /// `weights` of the likelihood per vertex of `mesh`, empty for 1 everywhere. All must outlive the object.
-  Annealing(const Mesh& mesh, const Topology& topology, const SmoothOptions& options, std::span<const double> weights);
+  /// `weights` of the likelihood per vertex of `measured`, empty for 1 everywhere. Mesh, topology and options must
+  /// outlive the object.
+  Annealing(const Mesh& measured, const Topology& topology, const SmoothOptions& run_options,
+            std::span<const double> weights);
 
   const SmoothOptions& options;
   const Mesh& mesh;
