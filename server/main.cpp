@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <csignal>
+#include <cstdio>
 #include <filesystem>
 #include <string>
 
@@ -73,9 +74,7 @@ int guarded(const creased::LogConfig& log, const Run& run) {
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   CLI::App app("creased removes noise from triangle meshes over HTTP, keeps their ridges, and labels them.");
   app.set_version_flag("--version", CREASE_VERSION);
   app.set_config("--config", "", "File with options in TOML or INI, under [serve] or [worker]");
@@ -100,4 +99,15 @@ int main(int argc, char** argv) {
   if (serve_command->parsed()) return guarded(serve.log, [&] { return run_serve(serve); });
   if (worker_command->parsed()) return guarded(worker.log, [&] { return run_worker(worker); });
   return run_inspect(inspect);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "creased: %s\n", error.what());
+    return 1;
+  }
 }

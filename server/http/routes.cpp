@@ -261,7 +261,7 @@ void check_query(const Route& route, const httplib::Params& query) {
   }
 }
 
-std::string query_value(const httplib::Params& query, const std::string& name, std::string otherwise) {
+std::string query_value(const httplib::Params& query, const std::string& name, const std::string& otherwise) {
   const auto found = query.find(name);
   return found == query.end() ? otherwise : found->second;
 }

@@ -57,7 +57,7 @@ RouteMatch match_route(std::string_view method, std::string_view path);
 void check_query(const Route& route, const httplib::Params& query);
 
 /// The value of a query field; `otherwise` when it is not given.
-std::string query_value(const httplib::Params& query, const std::string& name, std::string otherwise = {});
+std::string query_value(const httplib::Params& query, const std::string& name, const std::string& otherwise = {});
 double query_number(const httplib::Params& query, const std::string& name, double otherwise);
 bool query_flag(const httplib::Params& query, const std::string& name);
 
