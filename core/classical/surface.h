@@ -43,10 +43,7 @@ struct Surface {
   /// Calls `visit` for the vertices one edge away.
   template <typename Visit>
   void visit_vertex_neighbors(Index vertex, Visit visit) const {
-    for (const Index e : topology.vertex_edges[vertex]) {
-      const Edge& edge = topology.edges[e];
-      visit(edge.v0 == vertex ? edge.v1 : edge.v0);
-    }
+    for (const Index e : topology.vertex_edges[vertex]) visit(other_end(topology.edges[e], vertex));
   }
 };
 

@@ -53,9 +53,8 @@ class RidgeGraph {
       const auto next = std::ranges::find_if(edges, [&](Index e) { return is_untraced_ridge(e); });
       if (next == edges.end()) return;
       traced_[*next] = 1;
-      const auto [v0, v1] = topology_.edges[*next];
       chain.edges.push_back(*next);
-      chain.vertices.push_back(v0 == vertex ? v1 : v0);
+      chain.vertices.push_back(other_end(topology_.edges[*next], vertex));
     }
   }
 

@@ -39,7 +39,7 @@ std::vector<std::uint32_t> count_rings(const Topology& topology, const std::vect
   for (std::size_t i = 0; i < queue.size(); ++i) {
     const Index v = queue[i];
     for (const Index e : topology.vertex_edges[v]) {
-      const Index other = topology.edges[e].v0 == v ? topology.edges[e].v1 : topology.edges[e].v0;
+      const Index other = other_end(topology.edges[e], v);
       if (rings[other] <= rings[v] + 1) continue;
       rings[other] = rings[v] + 1;
       queue.push_back(other);

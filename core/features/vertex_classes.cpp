@@ -15,8 +15,6 @@ constexpr int kMaxRounds = 20;
 constexpr double kTurnSlack = 15 * (std::numbers::pi / 180);
 constexpr double kNegligible = 1e-9;
 
-Index far_end(const Edge& edge, Index vertex) { return edge.v0 == vertex ? edge.v1 : edge.v0; }
-
 }  // namespace
 
 VertexClassField::VertexClassField(const Topology& topology, const std::vector<Vec3>& positions,
@@ -39,8 +37,8 @@ VertexClassField::Largest VertexClassField::largest_labels(Index vertex) const {
 }
 
 double VertexClassField::straightness(const std::vector<Vec3>& positions, Index vertex, Index edge, Index other) const {
-  const Vec3 arrival = positions[vertex] - positions[far_end(topology_.edges[edge], vertex)];
-  const Vec3 departure = positions[far_end(topology_.edges[other], vertex)] - positions[vertex];
+  const Vec3 arrival = positions[vertex] - positions[other_end(topology_.edges[edge], vertex)];
+  const Vec3 departure = positions[other_end(topology_.edges[other], vertex)] - positions[vertex];
   const double cosine = arrival.stableNormalized().dot(departure.stableNormalized());
   const double turn = std::acos(std::clamp(cosine, -1.0, 1.0));
   return std::clamp(0.5 + (options_.corner_turn - turn) / (2 * kTurnSlack), 0.0, 1.0);
@@ -60,7 +58,7 @@ std::array<double, kVertexClasses> VertexClassField::evidence(const std::vector<
   consider_pair(first, second);
   consider_pair(first, third);
   consider_pair(second, third);
-  const double beyond = largest[far_end(topology_.edges[first.edge], vertex)][1].label;
+  const double beyond = largest[other_end(topology_.edges[first.edge], vertex)][1].label;
   const double end = std::min({first.label, 1 - second.label, beyond});
   return {std::max(second.label, std::min(first.label, beyond)), std::max(1 - continuation, third.label),
           1 - std::max({third.label, turn, end})};
@@ -85,7 +83,7 @@ double VertexClassField::energy(std::span<const VertexClass> classes) const {
 double VertexClassField::delta_energy(std::span<const VertexClass> classes, Index vertex, VertexClass c) const {
   double delta = unary(vertex, c) - unary(vertex, classes[vertex]);
   for (const Index e : topology_.vertex_edges[vertex]) {
-    const VertexClass other = classes[far_end(topology_.edges[e], vertex)];
+    const VertexClass other = classes[other_end(topology_.edges[e], vertex)];
     delta += pairwise(e, c, other) - pairwise(e, classes[vertex], other);
   }
   return delta;
@@ -122,7 +120,7 @@ class Expansion {
     double possible = 0;
     for (const Index e : field_.topology().vertex_edges[vertex]) {
       const Edge& edge = field_.topology().edges[e];
-      const VertexClass other = classes_[far_end(edge, vertex)];
+      const VertexClass other = classes_[other_end(edge, vertex)];
       possible += std::max(field_.pairwise(e, classes_[vertex], other), field_.pairwise(e, classes_[vertex], alpha_));
     }
     return field_.unary(vertex, alpha_) - field_.unary(vertex, classes_[vertex]) < possible;
@@ -133,7 +131,7 @@ class Expansion {
     const VertexClass own = classes_[vertex];
     double stay = field_.unary(vertex, own), change = field_.unary(vertex, alpha_), pairs = 0;
     for (const Index e : field_.topology().vertex_edges[vertex]) {
-      const Index neighbour = far_end(field_.topology().edges[e], vertex);
+      const Index neighbour = other_end(field_.topology().edges[e], vertex);
       const VertexClass other = classes_[neighbour];
       if (site_of_[neighbour] == kNone) {
         stay += field_.pairwise(e, own, other);

@@ -28,8 +28,7 @@ struct Fit {
 bool has_hub(const Topology& topology, Index vertex) {
   if (topology.vertex_edges[vertex].size() > kMaxValence) return true;
   return std::any_of(topology.vertex_edges[vertex].begin(), topology.vertex_edges[vertex].end(), [&](Index edge) {
-    const auto [v0, v1] = topology.edges[edge];
-    return topology.vertex_edges[v0 == vertex ? v1 : v0].size() > kMaxValence;
+    return topology.vertex_edges[other_end(topology.edges[edge], vertex)].size() > kMaxValence;
   });
 }
 
@@ -62,10 +61,7 @@ Vec3 vector_area(const Mesh& mesh, const Topology& topology, Index vertex) {
     }
   };
   add_faces(vertex);
-  for (const Index edge : topology.vertex_edges[vertex]) {
-    const auto [v0, v1] = topology.edges[edge];
-    add_faces(v0 == vertex ? v1 : v0);
-  }
+  for (const Index edge : topology.vertex_edges[vertex]) add_faces(other_end(topology.edges[edge], vertex));
   return sum;
 }
 

@@ -27,9 +27,6 @@ class Likelihood {
   /// The derivative of the sum by the position of `vertex`.
   Vec3 gradient(const Field& field, Index vertex) const;
 
-  /// Whether U_L(v) depends on other vertices than v.
-  bool sees_neighbors() const { return kind_ == LikelihoodKind::kVolume; }
-
  private:
   /// The volume that a vertex and its neighbours have swept, and the area that swept it.
   struct Flow {

@@ -8,6 +8,7 @@
 #include "core/measure/noise.h"
 #include "core/smooth/smooth.h"
 #include "tests/support/meshes.h"
+#include "tests/support/smooth_support.h"
 
 namespace crease {
 namespace {
@@ -44,15 +45,6 @@ Mesh tube(int around, int along) {
   return mesh;
 }
 
-Measurement smoothed(const Mesh& noisy, const Mesh& original, const SmoothOptions& options) {
-  const Topology topology = build_topology(noisy);
-  RunContext context;
-  const SmoothResult result = smooth(noisy, topology, options, context);
-  Mesh mesh = noisy;
-  mesh.positions = result.positions;
-  return measure(original, mesh);
-}
-
 /// §5: on quadratic surfaces the prior of second differences beats that of first differences, each at the likelihood
 /// weight that serves it best; the normal error of the one over that of the other.
 double error_ratio(const Mesh& original) {
@@ -67,7 +59,7 @@ double error_ratio(const Mesh& original) {
       options.likelihood_weight = options.likelihood_weight_start = weight;
       options.smoothness_weight = smoothness;
       options.curvature_weight = curvature;
-      least = std::min(least, smoothed(noisy, original, options).mean_normal_error_deg);
+      least = std::min(least, test::measure_smoothed(noisy, original, options).mean_normal_error_deg);
     }
     return least;
   };
@@ -127,7 +119,7 @@ TEST(RobustLikelihood, LetsOutliersGo) {
     options.likelihood = kind;
     options.likelihood_weight = 1;
     options.likelihood_width = 0.15;
-    return smoothed(noisy, original, options).mean_normal_error_deg;
+    return test::measure_smoothed(noisy, original, options).mean_normal_error_deg;
   };
   const double quadratic = error(LikelihoodKind::kQuadratic), huber = error(LikelihoodKind::kHuber);
   std::printf("  quadratic %.2f deg, huber %.2f\n", quadratic, huber);

@@ -11,4 +11,14 @@ LabelledMesh labelled(const Mesh& mesh) {
   return result;
 }
 
+std::vector<double> random_labels(const Topology& topology, std::mt19937& random) {
+  std::uniform_real_distribution<double> anywhere(0, 1);
+  std::vector<double> labels(topology.edges.size(), 0);
+  for (Index e = 0; e < labels.size(); ++e) {
+    const double label = anywhere(random);
+    labels[e] = topology.is_interior(e) ? label : 0;
+  }
+  return labels;
+}
+
 }  // namespace crease::test

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "tests/support/meshes.h"
+#include "tests/support/server_process.h"
 #include "tests/unit/decode_samples.h"
 
 namespace crease::test {
@@ -31,19 +32,14 @@ bool has_coincident_vertices(const Mesh& mesh) {
 /// A file that is gone when the test ends.
 class TemporaryFile {
  public:
-  TemporaryFile(const std::string& name, const std::string& bytes) {
-    std::string pattern = (std::filesystem::temp_directory_path() / "crease_decode_XXXXXX").string();
-    directory_ = mkdtemp(pattern.data());
-    path_ = directory_ / name;
+  TemporaryFile(const std::string& name, const std::string& bytes) : path_(folder_.path() / name) {
     std::ofstream(path_, std::ios::binary) << bytes;
   }
-  ~TemporaryFile() { std::filesystem::remove_all(directory_); }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
   const std::filesystem::path& path() const { return path_; }
 
  private:
-  std::filesystem::path directory_, path_;
+  test::TemporaryFolder folder_;
+  std::filesystem::path path_;
 };
 
 using OracleMesh = OpenMesh::TriMesh_ArrayKernelT<>;

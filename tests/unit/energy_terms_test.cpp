@@ -7,25 +7,10 @@
 #include "core/smooth/potential.h"
 #include "core/smooth/vertex_process.h"
 #include "tests/support/meshes.h"
+#include "tests/support/smooth_support.h"
 
 namespace crease {
 namespace {
-
-Field shaken_field(const Mesh& mesh, const Topology& topology, const SmoothOptions& options,
-                   std::span<const double> weights = {}) {
-  Field field(mesh, topology, options, weights);
-  std::mt19937 random(3);
-  std::uniform_real_distribution<double> anywhere(0, 1), either_side(-0.1, 0.1);
-  for (Vec3& position : field.positions) {
-    position += Vec3(either_side(random), either_side(random), either_side(random));
-  }
-  for (std::size_t e = 0; e < field.labels.size(); ++e) {
-    field.labels[e] = topology.is_interior(e) ? anywhere(random) : 0;
-  }
-  ThreadTeam alone(1);
-  field.update_normals(alone);
-  return field;
-}
 
 std::vector<double> some_weights(std::size_t count) {
   std::vector<double> weights;
@@ -72,7 +57,7 @@ TEST(EnergyTerms, AVertexProposalChangesTheFullEnergyByItsDelta) {
     for (const auto& [mesh_name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
       const Topology topology = build_topology(mesh);
       const Schedule schedule = schedule_vertices(mesh, topology, Neighborhood::kWide);
-      Field field = shaken_field(mesh, topology, options, some_weights(mesh.positions.size()));
+      Field field = test::shaken_field(mesh, topology, 3, options, some_weights(mesh.positions.size()));
       ThreadTeam alone(1);
       VertexProcess process(field, schedule, 1);
       process.set_model(model, alone);
@@ -98,7 +83,7 @@ TEST(EnergyTerms, ALabelProposalChangesTheFullEnergyByItsDelta) {
   const EnergyModel model = EnergyModel::final_of(options);
   for (const auto& [name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
     const Topology topology = build_topology(mesh);
-    Field field = shaken_field(mesh, topology, options);
+    Field field = test::shaken_field(mesh, topology, 3, options);
     ThreadTeam alone(1);
     EdgeTerms terms;
     terms.update(field, model, alone);
@@ -119,7 +104,7 @@ TEST(EnergyTerms, VerticesOfARunDoNotSeeEachOtherInAnyTerm) {
   const Schedule schedule = schedule_vertices(mesh, topology, Neighborhood::kWide);
   for (const auto& [name, options] : variants()) {
     const EnergyModel model = EnergyModel::final_of(options);
-    Field field = shaken_field(mesh, topology, options);
+    Field field = test::shaken_field(mesh, topology, 3, options);
     ThreadTeam alone(1);
     VertexProcess process(field, schedule, 1);
     process.set_model(model, alone);

@@ -9,6 +9,7 @@
 #include "core/smooth/field.h"
 #include "core/smooth/vertex_process.h"
 #include "tests/support/meshes.h"
+#include "tests/support/smooth_support.h"
 
 namespace crease {
 namespace {
@@ -21,20 +22,6 @@ EnergyModel with(Smoothness smoothness) {
   EnergyModel model = kModel;
   model.smoothness = smoothness;
   return model;
-}
-
-/// A field in general position: vertices shaken, labels anywhere in [0, 1].
-Field shaken_field(const Mesh& mesh, const Topology& topology, unsigned seed, double amount = 0.1) {
-  Field field(mesh, topology);
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> anywhere(0, 1), either_side(-amount, amount);
-  for (Vec3& position : field.positions)
-    position += Vec3(either_side(random), either_side(random), either_side(random));
-  for (std::size_t e = 0; e < field.labels.size(); ++e)
-    field.labels[e] = topology.is_interior(e) ? anywhere(random) : 0;
-  ThreadTeam alone(1);
-  field.update_normals(alone);
-  return field;
 }
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
@@ -82,7 +69,7 @@ Energy brute_force(const Field& field, const EnergyModel& model) {
 TEST(Energy, EveryTermAgreesWithItsDefinitionPairByPair) {
   for (const auto& [name, mesh, manifold, closed, degenerate] : mesh_family()) {
     const Topology topology = build_topology(mesh);
-    const Field field = shaken_field(mesh, topology, 3);
+    const Field field = test::shaken_field(mesh, topology, 3);
     for (const Smoothness smoothness : {Smoothness::kQuadratic, Smoothness::kSquareRoot}) {
       const Energy actual = energy(field, with(smoothness)), expected = brute_force(field, with(smoothness));
       const double tolerance = 1e-7 * static_cast<double>(topology.edges.size() + 1);
@@ -97,7 +84,7 @@ TEST(Energy, EveryTermAgreesWithItsDefinitionPairByPair) {
 TEST(Energy, OfALabelProposalIsTheDifferenceOfTheFullEnergies) {
   for (const auto& [name, mesh, manifold, closed, degenerate] : mesh_family()) {
     const Topology topology = build_topology(mesh);
-    Field field = shaken_field(mesh, topology, 5);
+    Field field = test::shaken_field(mesh, topology, 5);
     ThreadTeam alone(1);
     EdgeTerms terms;
     terms.update(field, kModel, alone);
@@ -120,7 +107,7 @@ TEST(Energy, OfAVertexProposalIsTheDifferenceOfTheFullEnergies) {
     const Schedule schedule = schedule_vertices(mesh, topology);
     for (const Smoothness smoothness : {Smoothness::kQuadratic, Smoothness::kSquareRoot}) {
       const EnergyModel model = with(smoothness);
-      Field field = shaken_field(mesh, topology, 7);
+      Field field = test::shaken_field(mesh, topology, 7);
       VertexProcess process(field, schedule, 1);
       ThreadTeam alone(1);
       process.set_model(model, alone);
@@ -144,7 +131,7 @@ TEST(Energy, OfAVertexProposalIsTheDifferenceOfTheFullEnergies) {
 TEST(Energy, IsTheSameWhenTheMeshIsMovedTurnedAndScaled) {
   for (const auto& [name, mesh, manifold, closed, degenerate] : mesh_family()) {
     const Topology topology = build_topology(mesh);
-    const Field field = shaken_field(mesh, topology, 11);
+    const Field field = test::shaken_field(mesh, topology, 11);
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.8, Vec3(1, 2, 3).normalized()).toRotationMatrix();
     Mesh moved = mesh;
     for (Vec3& position : moved.positions) position = 2.5 * (turn * position) + field.unit * Vec3(10, -4, 3);
@@ -162,7 +149,7 @@ TEST(Energy, IsTheSameWhenTheMeshIsMovedTurnedAndScaled) {
 TEST(Energy, IsTheSameWhenVerticesAndFacesAreRenumbered) {
   const Mesh mesh = test::icosphere(2);
   const Topology topology = build_topology(mesh);
-  const Field field = shaken_field(mesh, topology, 13);
+  const Field field = test::shaken_field(mesh, topology, 13);
   const auto count = static_cast<Index>(mesh.positions.size());
   Mesh renumbered;
   for (Index v = 0; v < count; ++v) renumbered.positions.push_back(mesh.positions[count - 1 - v]);
@@ -188,7 +175,7 @@ TEST(Energy, IsTheSameWhenVerticesAndFacesAreRenumbered) {
 TEST(Energy, ThreadsDoNotChangeABit) {
   const Mesh mesh = test::icosphere(5);
   const Topology topology = build_topology(mesh);
-  const Field field = shaken_field(mesh, topology, 17);
+  const Field field = test::shaken_field(mesh, topology, 17);
   EdgeTerms terms;
   std::vector<double> totals;
   for (const std::uint32_t threads : {1U, 2U, 3U}) {

@@ -11,25 +11,10 @@
 #include "core/smooth/vertex_descent.h"
 #include "core/smooth/vertex_fit.h"
 #include "tests/support/meshes.h"
+#include "tests/support/smooth_support.h"
 
 namespace crease {
 namespace {
-
-/// Labels anywhere in [0, 1] and normals turned at random.
-Field shaken_field(const Mesh& mesh, const Topology& topology, const SmoothOptions& options = {}) {
-  Field field(mesh, topology, options);
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> anywhere(0, 1), either_side(-0.1, 0.1);
-  for (Vec3& position : field.positions) {
-    position += Vec3(either_side(random), either_side(random), either_side(random));
-  }
-  for (std::size_t e = 0; e < field.labels.size(); ++e) {
-    field.labels[e] = topology.is_interior(e) ? anywhere(random) : 0;
-  }
-  ThreadTeam alone(1);
-  field.update_normals(alone);
-  return field;
-}
 
 EnergyModel model_with(Smoothness shape) {
   SmoothOptions options;
@@ -42,7 +27,7 @@ TEST(FaceProcess, ANormalsDeltaIsTheDifferenceOfTheFullEnergies) {
   for (const auto& [name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
     for (const Smoothness shape : {Smoothness::kQuadratic, Smoothness::kSquareRoot, Smoothness::kTruncated}) {
       const Topology topology = build_topology(mesh);
-      Field field = shaken_field(mesh, topology);
+      Field field = test::shaken_field(mesh, topology, 5);
       ThreadTeam alone(1);
       FaceProcess process(field, 0.4, 0.6);
       process.measure(alone);
@@ -64,7 +49,7 @@ TEST(FaceProcess, MeanFieldNeverRaisesTheEnergy) {
   const Topology topology = build_topology(mesh);
   const Schedule schedule = schedule_faces(mesh);
   for (const Smoothness shape : {Smoothness::kQuadratic, Smoothness::kHuber, Smoothness::kTruncated}) {
-    Field field = shaken_field(mesh, topology);
+    Field field = test::shaken_field(mesh, topology, 5);
     ThreadTeam alone(1);
     FaceProcess process(field, 0.4, 0.6);
     process.measure(alone);
@@ -140,7 +125,7 @@ TEST(VertexEnergy, ItsGradientEqualsFiniteDifferences) {
     variants[i].likelihood_weight = 0.8;
     for (const Mesh& mesh : {test::icosphere(2), test::grid(5, 4)}) {
       const Topology topology = build_topology(mesh);
-      Field field = shaken_field(mesh, topology, variants[i]);
+      Field field = test::shaken_field(mesh, topology, 5, variants[i]);
       ThreadTeam alone(1);
       VertexEnergy energy(field);
       energy.set_model(EnergyModel::final_of(variants[i]), alone);
@@ -185,16 +170,6 @@ TEST(VertexDescent, LowersTheEnergyStepByStep) {
   EXPECT_LT(last, 0.1 * first);
 }
 
-Measurement smoothed(const Mesh& noisy, const Mesh& original, const SmoothOptions& options) {
-  const Topology topology = build_topology(noisy);
-  RunContext context;
-  const SmoothResult result = smooth(noisy, topology, options, context);
-  Mesh mesh = noisy;
-  mesh.positions = result.positions;
-  const EdgeLabels labels{topology.edges, result.labels};
-  return measure(original, mesh, &labels);
-}
-
 // The paper's Fig. 6.
 TEST(Process, EachSmoothsANoisyCubeAndFindsItsRidges) {
   const Mesh original = test::cube(10);
@@ -205,7 +180,7 @@ TEST(Process, EachSmoothsANoisyCubeAndFindsItsRidges) {
       SmoothOptions options;
       options.process = process;
       options.solver = solver;
-      const Measurement after = smoothed(noisy, original, options);
+      const Measurement after = test::measure_smoothed(noisy, original, options);
       EXPECT_LT(after.mean_normal_error_deg, 0.3 * before) << static_cast<int>(process) << static_cast<int>(solver);
       EXPECT_GT(after.labels->f1, 0.8) << static_cast<int>(process) << static_cast<int>(solver);
     }

@@ -21,16 +21,6 @@ Segmentation segments_of(const LabelledMesh& result, const SegmentOptions& optio
   return segment_faces(result.mesh, build_topology(result.mesh), result.mesh.positions, result.labels, options);
 }
 
-std::vector<double> random_labels(const Topology& topology, std::mt19937& random) {
-  std::uniform_real_distribution<double> anywhere(0, 1);
-  std::vector<double> labels(topology.edges.size(), 0);
-  for (Index e = 0; e < labels.size(); ++e) {
-    const double label = anywhere(random);
-    labels[e] = topology.is_interior(e) ? label : 0;
-  }
-  return labels;
-}
-
 double triangle_area(const Mesh& mesh, Index face) {
   const auto [a, b, c] = mesh.triangles[face];
   const Vec3 ab = mesh.positions[b] - mesh.positions[a], ac = mesh.positions[c] - mesh.positions[a];
@@ -83,7 +73,7 @@ TEST(Segmentation, EnergyAgreesWithItsDefinition) {
   for (const auto& member : test::mesh_family()) {
     SCOPED_TRACE(member.name);
     const Topology topology = build_topology(member.mesh);
-    std::vector<double> labels = random_labels(topology, random);
+    std::vector<double> labels = test::random_labels(topology, random);
     for (double& label : labels) label *= random() % 4 == 0 ? 1 : 0.5;
     SegmentOptions options;
     options.small_area = 0.7;
@@ -117,7 +107,7 @@ TEST(Segmentation, IsTheBestOfAllOnMostOctahedra) {
   int best_found = 0;
   const int trials = 40;
   for (int trial = 0; trial < trials; ++trial) {
-    const std::vector<double> labels = random_labels(topology, random);
+    const std::vector<double> labels = test::random_labels(topology, random);
     const SegmentField field(mesh, topology, mesh.positions, labels, options);
     const double found = field.energy(segment_faces(field).segments);
     std::vector<Index> segments(mesh.triangles.size());
@@ -133,7 +123,7 @@ TEST(Segmentation, EveryStepLowersTheEnergyAndSegmentsAreConnectedAndNumberedInO
   for (const auto& member : test::mesh_family()) {
     SCOPED_TRACE(member.name);
     const Topology topology = build_topology(member.mesh);
-    const std::vector<double> labels = random_labels(topology, random);
+    const std::vector<double> labels = test::random_labels(topology, random);
     const SegmentField field(member.mesh, topology, member.mesh.positions, labels);
     const Segmentation result = segment_faces(field);
     ASSERT_EQ(result.segments.size(), member.mesh.triangles.size());
@@ -156,7 +146,7 @@ TEST(Segmentation, AnExpansionNeverRaisesTheEnergy) {
   for (const auto& member : test::mesh_family()) {
     SCOPED_TRACE(member.name);
     const Topology topology = build_topology(member.mesh);
-    const std::vector<double> labels = random_labels(topology, random);
+    const std::vector<double> labels = test::random_labels(topology, random);
     const SegmentField field(member.mesh, topology, member.mesh.positions, labels);
     std::vector<Index> segments(member.mesh.triangles.size());
     for (Index& segment : segments) segment = std::uniform_int_distribution<Index>(0, 3)(random);

@@ -28,16 +28,6 @@ std::map<VertexClass, int> counts(const std::vector<VertexClass>& classes) {
   return result;
 }
 
-std::vector<double> random_labels(const Topology& topology, std::mt19937& random) {
-  std::uniform_real_distribution<double> anywhere(0, 1);
-  std::vector<double> labels(topology.edges.size(), 0);
-  for (Index e = 0; e < labels.size(); ++e) {
-    const double label = anywhere(random);
-    labels[e] = topology.is_interior(e) ? label : 0;
-  }
-  return labels;
-}
-
 std::vector<VertexClass> random_classes(std::size_t count, std::mt19937& random) {
   std::vector<VertexClass> classes(count);
   for (VertexClass& c : classes) c = kAll[std::uniform_int_distribution<std::size_t>(0, 2)(random)];
@@ -113,7 +103,7 @@ TEST(VertexClasses, EnergyAgreesWithItsDefinitionAndDeltasAreDifferences) {
   for (const auto& member : test::mesh_family()) {
     SCOPED_TRACE(member.name);
     const Topology topology = build_topology(member.mesh);
-    const std::vector<double> labels = random_labels(topology, random);
+    const std::vector<double> labels = test::random_labels(topology, random);
     const VertexClassField field(topology, member.mesh.positions, labels);
     std::vector<VertexClass> classes = random_classes(member.mesh.positions.size(), random);
     EXPECT_NEAR(field.energy(classes), BruteForce(member.mesh, topology, labels)(classes), 1e-7);
@@ -134,7 +124,7 @@ TEST(VertexClasses, NoExpansionCouldLowerTheEnergyFurther) {
   const auto vertices = static_cast<unsigned>(mesh.positions.size());
   std::mt19937 random(2);
   for (int trial = 0; trial < 60; ++trial) {
-    const std::vector<double> labels = random_labels(topology, random);
+    const std::vector<double> labels = test::random_labels(topology, random);
     VertexClassOptions options;
     options.along_weight = 0.2 * (1 + trial % 5);
     options.across_weight = 0.15 * (1 + trial % 3);
@@ -158,7 +148,7 @@ TEST(VertexClasses, AreTheBestOfAllOnATetrahedron) {
   const Topology topology = build_topology(mesh);
   std::mt19937 random(3);
   for (int trial = 0; trial < 200; ++trial) {
-    const std::vector<double> labels = random_labels(topology, random);
+    const std::vector<double> labels = test::random_labels(topology, random);
     const VertexClassField field(topology, mesh.positions, labels);
     double best = 1e9;
     for (unsigned code = 0; code < 81; ++code) {
