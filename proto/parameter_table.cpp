@@ -281,7 +281,9 @@ v1::Parameters resolve(const v1::Parameters& parameters) {
 
 SmoothOptions to_options(const v1::Parameters& resolved) {
   SmoothOptions options;
-  for (const ParameterInfo& info : parameter_table()) set_option(options, info.name, value_of(resolved, info));
+  for (const ParameterInfo& info : parameter_table()) {
+    if (!is_of_service(info.name)) set_option(options, info.name, value_of(resolved, info));
+  }
   return options;
 }
 
@@ -295,6 +297,8 @@ nlohmann::ordered_json parameters_schema() {
           {"additionalProperties", false}};
 }
 
-bool changes_result(std::string_view name) { return name != "threads"; }
+bool is_of_service(std::string_view name) { return name == "retention_hours"; }
+
+bool changes_result(std::string_view name) { return name != "threads" && !is_of_service(name); }
 
 }  // namespace crease

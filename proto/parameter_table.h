@@ -53,4 +53,7 @@ nlohmann::ordered_json parameters_schema();
 /// Whether a parameter can change the result (threads cannot); the others go into the mesh file's extras.
 bool changes_result(std::string_view name);
 
+/// Whether a parameter is about the service's care for the job, not about smoothing: core has no such option.
+bool is_of_service(std::string_view name);
+
 }  // namespace crease

@@ -47,6 +47,17 @@ void add_limit_options(CLI::App& command, MeshLimits& limits) {
       ->check(CLI::Range(1UL, 1'000'000'000UL));
 }
 
+void add_job_options(CLI::App& command, JobConfig& config) {
+  add(command, "--job-memory-mb", config.memory_mb, "Memory that a job may take, in MiB")
+      ->check(CLI::Range(64UL, 1'048'576UL));
+  add(command, "--job-cpu-seconds", config.cpu_seconds, "Processor time that an attempt of a job may take")
+      ->check(CLI::Range(1.0, 1e7));
+  add(command, "--checkpoint-every", config.checkpoint_every, "Seconds between checkpoints of a running job")
+      ->check(CLI::Range(0.0, 86'400.0));
+  add(command, "--lease", config.lease, "Seconds without a sign of life until another worker takes a job over")
+      ->check(CLI::Range(0.1, 86'400.0));
+}
+
 bool is_loopback(const std::string& host) { return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0; }
 
 }  // namespace
@@ -65,6 +76,14 @@ void add_serve_options(CLI::App& command, ServeConfig& config) {
   add(command, "--max-upload-mb", config.max_upload_mb, "Size of an upload, in MiB")->check(CLI::Range(1UL, 4'095UL));
   add_limit_options(command, config.limits);
   add(command, "--max-queued", config.store.max_queued, "Jobs that may wait")->check(CLI::Range(1UL, 10'000'000UL));
+  add(command, "--quota-mb", config.store.quota_mb, "Space that all jobs may take together, in MiB; 0: the disk's")
+      ->check(CLI::Range(0UL, 1'000'000'000UL));
+  const auto hours = CLI::Range(0.0, 8'760.0);
+  add(command, "--retention-hours", config.retention_hours, "Hours that a job is kept after its end unless it says")
+      ->check(hours);
+  add(command, "--max-retention-hours", config.max_retention_hours, "Hours that a job may ask to be kept")
+      ->check(hours);
+  add_job_options(command, config.job);
   add(command, "--max-streams", config.max_streams, "Event streams open at a time")->check(CLI::Range(0UL, 50'000UL));
   add(command, "--max-connections", config.max_connections, "Connections open at a time, each with a thread")
       ->check(CLI::Range(1UL, 50'000UL));
@@ -78,6 +97,7 @@ void add_worker_options(CLI::App& command, WorkerConfig& config) {
   add(command, "--name", config.name, "Name under which jobs are claimed; the default is host and process id");
   add_store_options(command, config.store);
   add_limit_options(command, config.limits);
+  add_job_options(command, config.job);
   add_log_options(command, config.log);
 }
 
@@ -88,10 +108,22 @@ std::string refusal(const ServeConfig& config) {
     return "listening on " + config.host +
            " lets anyone who reaches it use the service; say --open if that is meant, or listen on 127.0.0.1";
   }
+  if (config.retention_hours > config.max_retention_hours) {
+    return "--retention-hours must not be more than --max-retention-hours";
+  }
   if (config.max_streams >= config.max_connections) {
     return "--max-streams must be less than --max-connections, or event streams shut all other calls out";
   }
   return {};
+}
+
+StoreOptions store_options(const StoreConfig& config) {
+  StoreOptions options;
+  options.url = config.url;
+  options.data_dir = config.data_dir;
+  options.max_queued = config.max_queued;
+  options.quota_bytes = std::uint64_t{config.quota_mb} << 20U;
+  return options;
 }
 
 std::vector<std::string> worker_arguments(const ServeConfig& config) {
@@ -104,6 +136,14 @@ std::vector<std::string> worker_arguments(const ServeConfig& config) {
           std::to_string(config.limits.max_vertices),
           "--max-faces",
           std::to_string(config.limits.max_faces),
+          "--job-memory-mb",
+          std::to_string(config.job.memory_mb),
+          "--job-cpu-seconds",
+          std::to_string(config.job.cpu_seconds),
+          "--checkpoint-every",
+          std::to_string(config.job.checkpoint_every),
+          "--lease",
+          std::to_string(config.job.lease),
           "--log-format",
           config.log.format,
           "--log-level",

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <string>
 
+#include "server/store/store.h"
+
 namespace creased {
 
 struct LogConfig {
@@ -16,6 +18,15 @@ struct StoreConfig {
   std::string url = "sqlite";
   std::filesystem::path data_dir = "creased-data";
   std::size_t max_queued = 10'000;
+  std::size_t quota_mb = 0;  ///< of all jobs together; 0: until the disk is full
+};
+
+/// How a worker runs jobs. Times in seconds.
+struct JobConfig {
+  std::size_t memory_mb = 8'192;  ///< address space of a process that computes
+  double cpu_seconds = 3'600;     ///< processor time of an attempt, of all its threads together
+  double checkpoint_every = 10;
+  double lease = 15;  ///< without a sign of life, until another worker takes the job over
 };
 
 struct MeshLimits {
@@ -28,6 +39,9 @@ struct ServeConfig {
   LogConfig log;
   StoreConfig store;
   MeshLimits limits;
+  JobConfig job;
+  double retention_hours = 24;  ///< of jobs that do not say
+  double max_retention_hours = 720;
   std::string host = "127.0.0.1";
   int port = 8080;
   std::filesystem::path port_file;
@@ -46,6 +60,7 @@ struct WorkerConfig {
   LogConfig log;
   StoreConfig store;
   MeshLimits limits;
+  JobConfig job;
   std::string name;  ///< empty: host and process id
 };
 
@@ -56,6 +71,8 @@ void add_inspect_options(CLI::App& command, MeshLimits& limits);
 
 /// Why this configuration is refused; empty: it is not.
 std::string refusal(const ServeConfig& config);
+
+StoreOptions store_options(const StoreConfig& config);
 
 /// The command line of a worker that shares the server's store.
 std::vector<std::string> worker_arguments(const ServeConfig& config);

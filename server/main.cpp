@@ -53,7 +53,7 @@ int run_worker(const creased::WorkerConfig& config) {
   options.name = config.name.empty() ? own_name() : config.name;
   options.limits.max_vertices = config.limits.max_vertices;
   options.limits.max_faces = config.limits.max_faces;
-  const auto store = creased::open_store({config.store.url, config.store.data_dir, config.store.max_queued});
+  const auto store = creased::open_store(creased::store_options(config.store));
   return creased::run_worker(*store, options, stop_worker);
 }
 

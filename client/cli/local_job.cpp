@@ -56,6 +56,10 @@ v1::Report make_report(const v1::Job& job, const JobOutput& output, double decod
 LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& format,
                        const std::filesystem::path& weights, const v1::Parameters& parameters,
                        const std::function<void(const v1::Progress&)>& on_progress, const Interruption& interruption) {
+  if (parameters.has_retention_hours()) {
+    throw Error::parameter(code::kParameterInvalid, "retention_hours", fmt::format("{}", parameters.retention_hours()),
+                           "a job of a service; --local keeps nothing");
+  }
   LocalJob local;
   v1::Job& job = local.job;
   job.set_created_at(utc_now());

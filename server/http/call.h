@@ -23,6 +23,7 @@ struct Services {
   const std::atomic<bool>& shutting_down;
   std::uint64_t max_upload_bytes = 0;
   std::size_t max_streams = 0;
+  double retention_hours = 0, max_retention_hours = 0;
 };
 
 /// One request on its way through a handler.

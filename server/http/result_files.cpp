@@ -27,11 +27,11 @@ LabelledMesh read_result(const std::filesystem::path& path) {
   return crease::from_message(message);
 }
 
-void write_all(int file, std::string_view bytes) {
+void write_all(int file, std::string_view bytes, const std::filesystem::path& path) {
   while (!bytes.empty()) {
     const ssize_t count = ::write(file, bytes.data(), bytes.size());
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw Error("store_unavailable", "cannot keep a result: " + std::generic_category().message(errno));
+    if (count < 0) throw file_failure("write", path);
     bytes.remove_prefix(static_cast<std::size_t>(count));
   }
 }
@@ -127,8 +127,9 @@ std::shared_ptr<const OpenFile> ResultFiles::kept(const crease::v1::Job& job, co
   const Encoding encoding(encoders_);
   try {
     const std::string bytes = encode(read_result(store_.file_path(job.id(), file::kResult)));
+    if (!store_.charge(job.id(), bytes.size())) return unkept(bytes);
     ReplacingFile target(path, "part");
-    write_all(target.descriptor(), bytes);
+    write_all(target.descriptor(), bytes, path);
     target.commit(true);
     if (auto file = open_file(path)) return file;
   } catch (const Error&) {
@@ -139,11 +140,15 @@ std::shared_ptr<const OpenFile> ResultFiles::kept(const crease::v1::Job& job, co
 
 std::shared_ptr<const OpenFile> ResultFiles::passing(const std::filesystem::path& source, const Encode& encode) {
   const Encoding encoding(encoders_);
-  const std::string bytes = encode(read_result(source));
+  return unkept(encode(read_result(source)));
+}
+
+/// A file without a name, which goes with its last reader: where there is no room to keep it.
+std::shared_ptr<const OpenFile> ResultFiles::unkept(const std::string& bytes) {
   const auto path = store_.temporary_path();
   const Descriptor file(::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600));
-  if (!file.open()) throw Error("store_unavailable", "cannot keep a result");
-  write_all(file.get(), bytes);
+  if (!file.open()) throw file_failure("create", path);
+  write_all(file.get(), bytes, path);
   auto opened = open_file(path);
   std::error_code ignored;
   std::filesystem::remove(path, ignored);

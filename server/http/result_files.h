@@ -40,6 +40,7 @@ class ResultFiles {
 
   std::shared_ptr<const OpenFile> kept(const crease::v1::Job& job, const std::string& name, const Encode& encode);
   std::shared_ptr<const OpenFile> passing(const std::filesystem::path& source, const Encode& encode);
+  std::shared_ptr<const OpenFile> unkept(const std::string& bytes);
 
   Store& store_;
   std::mutex mutex_;

@@ -34,7 +34,8 @@ std::vector<std::string> submit_problems() {
           "body_missing",        "body_incomplete",      "payload_too_large",      "content_type_unsupported",
           "json_invalid",        "multipart_invalid",    "multipart_part_missing", "multipart_part_unknown",
           "protobuf_invalid",    "idempotency_conflict", "parameter_invalid",      "parameter_out_of_range",
-          "queue_full",          "store_unavailable",    "shutting_down",          "weights_invalid"};
+          "queue_full",          "key_queue_full",       "quota_exceeded",         "storage_full",
+          "store_unavailable",   "shutting_down",        "weights_invalid"};
 }
 
 Route submit_route() {

@@ -13,6 +13,7 @@
 
 #include "server/http/api.h"
 #include "server/log.h"
+#include "server/store/housekeeper.h"
 #include "server/worker/supervisor.h"
 
 namespace creased {
@@ -21,6 +22,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kPoll{20};
+constexpr milliseconds kHousekeeping{1'000};
 constexpr milliseconds kDrainGrace{2'000};
 constexpr milliseconds kLastGrace{3'000};
 constexpr double kWorkerGraceSeconds = 4;
@@ -74,11 +76,16 @@ sigset_t ending_signals() {
 class Service {
  public:
   Service(const ServeConfig& config, const std::filesystem::path& executable)
-      : store_(open_store({config.store.url, config.store.data_dir, config.store.max_queued})),
+      : store_(open_store(store_options(config.store))),
         inspector_(inspector_options(config, executable)),
         watcher_(*store_, kPoll, [this](const crease::v1::Job& job) { metrics_.count_state(job); }),
-        api_(
-            {*store_, inspector_, watcher_, metrics_, shutting_down_, config.max_upload_mb << 20U, config.max_streams}),
+        api_({*store_, inspector_, watcher_, metrics_, shutting_down_, config.max_upload_mb << 20U, config.max_streams,
+              config.retention_hours, config.max_retention_hours}),
+        housekeeper_(*store_, kHousekeeping,
+                     [this](const std::string& id) {
+                       watcher_.refresh(id);
+                       metrics_.forget(id);
+                     }),
         server_(server_options(config), api_.hooks()) {
     api_.attach(server_);
     port_ = server_.bind(config.host, config.port);
@@ -128,6 +135,7 @@ class Service {
   Inspector inspector_;
   JobWatcher watcher_;
   Api api_;
+  Housekeeper housekeeper_;
   GuardedServer server_;
   std::unique_ptr<Supervisor> workers_;
   int port_ = 0;

@@ -1,5 +1,7 @@
 #include "server/http/submit.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <optional>
@@ -44,6 +46,17 @@ std::string idempotency_key(const RequestHead& head) {
   return key;
 }
 
+/// How long the job is kept, by its own word or the service's.
+crease::v1::Parameters with_retention(crease::v1::Parameters parameters, const Services& services) {
+  if (!parameters.has_retention_hours()) parameters.set_retention_hours(services.retention_hours);
+  if (parameters.retention_hours() > services.max_retention_hours) {
+    throw Error::parameter(crease::code::kParameterOutOfRange, "retention_hours",
+                           fmt::format("{}", parameters.retention_hours()),
+                           fmt::format("a number from 0 to {} here", services.max_retention_hours));
+  }
+  return parameters;
+}
+
 NewJob inspected(Services& services, const Submission& submission) {
   const std::string name = clean_file_name(submission.name);
   NewJob job;
@@ -54,7 +67,7 @@ NewJob inspected(Services& services, const Submission& submission) {
   job.input.set_name(name);
   job.input.set_bytes(static_cast<std::uint32_t>(submission.mesh->bytes()));
   job.input.set_sha256(submission.mesh->sha256());
-  job.parameters = crease::resolve(submission.parameters);
+  job.parameters = crease::resolve(with_retention(submission.parameters, services));
   job.warnings = inspection.warnings;
   job.fingerprint = crease::job_fingerprint(job.input, job.parameters);
   job.request_digest = crease::sha256_hex(job.input.sha256() + "\n" + job.input.format() + "\n" +

@@ -181,9 +181,7 @@ UploadFile::UploadFile(std::filesystem::path path)
     : path_(std::move(path)),
       file_(::open(path_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600)),
       hash_(::EVP_MD_CTX_new(), &::EVP_MD_CTX_free) {
-  if (file_ < 0) {
-    throw Error("store_unavailable", "cannot create a file for the upload: " + std::generic_category().message(errno));
-  }
+  if (file_ < 0) throw file_failure("create", path_);
   if (hash_ == nullptr || ::EVP_DigestInit_ex(hash_.get(), ::EVP_sha256(), nullptr) != 1) throw std::bad_alloc();
 }
 
@@ -199,9 +197,7 @@ void UploadFile::append(const char* data, std::size_t size) {
   while (size > 0) {
     const ssize_t count = ::write(file_, data, size);
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) {
-      throw Error("store_unavailable", "cannot keep the upload: " + std::generic_category().message(errno));
-    }
+    if (count < 0) throw file_failure("write", path_);
     data += count;
     size -= static_cast<std::size_t>(count);
   }

@@ -11,7 +11,9 @@ std::string errno_text(int number) { return std::generic_category().message(numb
 
 crease::Error file_failure(std::string_view action, const std::filesystem::path& path) {
   const int number = errno;
-  return {code::kStoreUnavailable, fmt::format("cannot {} {}: {}", action, path.string(), errno_text(number))};
+  const bool full = number == ENOSPC || number == EDQUOT;
+  return {full ? code::kStorageFull : code::kStoreUnavailable,
+          fmt::format("cannot {} {}: {}", action, path.string(), errno_text(number))};
 }
 
 }  // namespace creased

@@ -11,19 +11,24 @@ namespace creased {
 /// Codes of what the store and the workers refuse; rows of the table of errors as those of core.
 namespace code {
 inline constexpr std::string_view kStoreUnavailable = "store_unavailable";
+inline constexpr std::string_view kStorageFull = "storage_full";
+inline constexpr std::string_view kQuotaExceeded = "quota_exceeded";
 inline constexpr std::string_view kQueueFull = "queue_full";
+inline constexpr std::string_view kKeyQueueFull = "key_queue_full";
 inline constexpr std::string_view kIdempotencyConflict = "idempotency_conflict";
 inline constexpr std::string_view kJobNotFound = "job_not_found";
 inline constexpr std::string_view kWorkerLost = "worker_lost";
 inline constexpr std::string_view kInspectionFailed = "inspection_failed";
 inline constexpr std::string_view kMemoryExhausted = "memory_exhausted";
+inline constexpr std::string_view kTimeLimitExceeded = "time_limit_exceeded";
 inline constexpr std::string_view kInternal = "internal";
 }  // namespace code
 
 /// What errno `number` means, in words.
 std::string errno_text(int number);
 
-/// Error store_unavailable: "cannot `action` PATH: " and what errno says. To be called before errno changes.
+/// Error store_unavailable, or storage_full where the disk is: "cannot `action` PATH: " and what errno says. To be
+/// called before errno changes.
 crease::Error file_failure(std::string_view action, const std::filesystem::path& path);
 
 }  // namespace creased

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -41,6 +42,14 @@ bool valid_name(std::string_view name) {
   return !name.empty() && name.front() != '.' && std::ranges::all_of(name, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '_';
   });
+}
+
+void remove_tree(const fs::path& path) {
+  std::error_code failed;
+  fs::remove_all(path, failed);
+  if (!failed) return;
+  errno = failed.value();
+  throw file_failure("remove", path);
 }
 
 bool untouched_for(const fs::path& path, std::chrono::seconds age) {
@@ -94,18 +103,32 @@ void JobFiles::adopt(std::string_view id, const fs::path& source, std::string_vi
   sync_path(jobs_);
 }
 
+std::int64_t JobFiles::bytes(std::string_view id) const {
+  std::int64_t sum = 0;
+  std::error_code failed;
+  for (fs::directory_iterator entry(folder(id), failed), end; !failed && entry != end; entry.increment(failed)) {
+    std::error_code gone;
+    const auto size = entry->file_size(gone);
+    if (!gone) sum += static_cast<std::int64_t>(size);
+  }
+  return sum;
+}
+
+JobFiles::Room JobFiles::room() const {
+  struct statvfs disk {};
+  if (::statvfs(jobs_.c_str(), &disk) != 0) throw file_failure("use", jobs_);
+  return {std::uint64_t{disk.f_bavail} * disk.f_frsize, std::uint64_t{disk.f_blocks} * disk.f_frsize};
+}
+
 void JobFiles::discard(std::string_view id) const {
-  const fs::path source = folder(id), target = temporary_path();
+  // Under a name that tells whose it was, so that what a killed process leaves is found again.
+  const fs::path source = folder(id), target = incoming_ / fmt::format("removed-{}", id);
+  remove_tree(target);
   if (::rename(source.c_str(), target.c_str()) != 0) {
     if (errno == ENOENT) return;
     throw file_failure("remove", source);
   }
-  std::error_code failed;
-  fs::remove_all(target, failed);
-  if (failed) {
-    errno = failed.value();
-    throw file_failure("remove", target);
-  }
+  remove_tree(target);
 }
 
 void JobFiles::probe() const {

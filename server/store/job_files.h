@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -27,6 +28,13 @@ class JobFiles {
   bool reserve(std::string_view id) const;
   /// Moves a file into a reserved folder under `name`; on the disk when it returns.
   void adopt(std::string_view id, const std::filesystem::path& source, std::string_view name) const;
+  /// Of the files of a job; 0 where there are none.
+  std::int64_t bytes(std::string_view id) const;
+  /// What the disk has left for this service, and all that it holds.
+  struct Room {
+    std::uint64_t free = 0, total = 0;
+  };
+  Room room() const;
   /// Removes the folder of a job. It is out of sight at once, so that nobody who still writes there can keep it.
   void discard(std::string_view id) const;
   /// Writes, syncs and removes a small file.

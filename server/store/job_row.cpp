@@ -2,6 +2,7 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <sqlite3.h>
 
 #include <chrono>
 #include <ctime>
@@ -32,7 +33,8 @@ std::string timestamp(std::int64_t ms) {
 
 std::string select_jobs(std::string_view rest) {
   return fmt::format(
-      "SELECT id, state, created, started, finished, attempt, input, parameters, warnings, progress, result, error, seq"
+      "SELECT id, state, created, started, finished, attempt, input, parameters, warnings, progress, result, error, "
+      "seq, expires"
       " FROM jobs {}",
       rest);
 }
@@ -49,6 +51,7 @@ v1::Job read_job(const Query& row) {
   parse(*job.mutable_input(), row.text(6));
   parse(*job.mutable_parameters(), row.text(7));
   parse(*job.mutable_progress(), row.text(9));
+  if (const auto expires = row.optional_integer(13)) job.set_expires_at(timestamp(*expires));
   if (!row.is_null(10)) parse(*job.mutable_result(), row.text(10));
   if (!row.is_null(11)) parse(*job.mutable_error(), row.text(11));
   return job;
@@ -67,7 +70,8 @@ void count_change(Connection& connection) {
 }
 
 void throw_store_unavailable(const SQLite::Exception& exception) {
-  throw crease::Error(code::kStoreUnavailable,
+  const bool full = exception.getErrorCode() == SQLITE_FULL;
+  throw crease::Error(full ? code::kStorageFull : code::kStoreUnavailable,
                       fmt::format("the database refused: {} ({})", exception.what(), exception.getErrorStr()));
 }
 

@@ -30,51 +30,108 @@ Store::Hold read_hold(Query& row) {
   return row.integer(0) != 0 ? Store::Hold::kCancelRequested : Store::Hold::kHeld;
 }
 
-void cancel_abandoned(Connection& connection, std::int64_t now) {
-  Query(connection,
-        "UPDATE jobs SET state = 'cancelled', finished = ?1, lease_owner = NULL,"
-        " version = (SELECT version FROM change_counter)"
-        " WHERE state = 'running' AND lease_until <= ?1 AND cancel_requested = 1",
-        now)
-      .run();
-}
+/// What decides how a job goes on when an attempt is lost.
+struct LostAttempt {
+  Claim claim;
+  bool cancel_requested = false, progressed = false;
+  std::uint32_t strikes = 0;
+  std::string losses, progress;
+};
 
-std::string worker_lost_error(std::uint32_t attempt) {
-  return crease::to_problem(
-             crease::Error(
-                 code::kWorkerLost,
-                 fmt::format("in each of {} attempts the worker process died or was lost before the job ended",
-                             attempt)))
-      .SerializeAsString();
-}
-
-std::vector<Claim> exhausted_claims(Connection& connection, std::int64_t now, std::uint32_t max_attempts) {
+// ?1 and ?2: of the condition.
+std::vector<LostAttempt> lost_attempts(Connection& connection, std::string_view condition, std::string_view text,
+                                       std::int64_t number) {
   Query rows(connection,
-             "SELECT id, lease_owner, attempt FROM jobs"
-             " WHERE state = 'running' AND lease_until <= ? AND attempt >= ?",
-             now, max_attempts);
-  std::vector<Claim> claims;
-  while (rows.next()) claims.push_back({rows.text(0), rows.text(1), static_cast<std::uint32_t>(rows.integer(2))});
-  return claims;
+             fmt::format("SELECT id, lease_owner, attempt, cancel_requested, progressed, strikes, losses, progress"
+                         " FROM jobs WHERE state = 'running' AND {}",
+                         condition),
+             text, number);
+  std::vector<LostAttempt> lost;
+  while (rows.next()) {
+    lost.push_back({{rows.text(0), rows.text(1), static_cast<std::uint32_t>(rows.integer(2))},
+                    rows.integer(3) != 0,
+                    rows.integer(4) != 0,
+                    static_cast<std::uint32_t>(rows.integer(5)),
+                    rows.text(6),
+                    rows.text(7)});
+  }
+  return lost;
 }
 
-void fail_exhausted(Connection& connection, std::int64_t now, std::uint32_t max_attempts) {
-  for (const Claim& lost : exhausted_claims(connection, now, max_attempts)) {
-    const std::string error = worker_lost_error(lost.attempt);
-    Query(connection,
-          "UPDATE jobs SET state = 'failed', finished = ?, error = ?, lease_owner = NULL,"
-          " version = (SELECT version FROM change_counter) WHERE id = ?",
-          now, Blob{error}, lost.job_id)
-        .run();
-    spdlog::error("job {} failed: worker_lost, attempt {} by {}", lost.job_id, lost.attempt, lost.owner);
+v1::Progress queued_progress(const v1::Progress& former) {
+  v1::Progress progress;
+  progress.set_stage("queued");
+  progress.set_sweeps(former.sweeps());
+  return progress;
+}
+
+std::string queued_progress_bytes(const std::string& former_bytes) {
+  v1::Progress former;
+  former.ParseFromString(former_bytes);
+  return queued_progress(former).SerializeAsString();
+}
+
+std::string lost_error(const LostAttempt& lost, const Loss& loss) {
+  const std::string detail = lost.strikes == 1
+                                 ? fmt::format("the job was lost: {}", lost.losses)
+                                 : fmt::format("{} attempts in a row were lost: {}", lost.strikes, lost.losses);
+  return crease::to_problem(crease::Error(std::string(loss.code), detail)).SerializeAsString();
+}
+
+void queue_again(Connection& connection, const LostAttempt& lost) {
+  const std::string progress = queued_progress_bytes(lost.progress);
+  Query(connection,
+        "UPDATE jobs SET state = 'queued', started = NULL, strikes = ?, losses = ?, progress = ?, lease_owner = NULL,"
+        " version = (SELECT version FROM change_counter) WHERE id = ?",
+        static_cast<std::int64_t>(lost.strikes), lost.losses, Blob{progress}, lost.claim.job_id)
+      .run();
+  spdlog::warn("job {} queued again: {}", lost.claim.job_id, lost.losses);
+}
+
+void end_lost(Connection& connection, const LostAttempt& lost, std::string_view state, const std::string& error,
+              std::int64_t now) {
+  Query(connection,
+        "UPDATE jobs SET state = ?1, finished = ?2, expires = ?2 + retention, error = ?3, losses = ?4,"
+        " lease_owner = NULL, version = (SELECT version FROM change_counter) WHERE id = ?5",
+        state, now, Blob{error}, lost.losses, lost.claim.job_id)
+      .run();
+  spdlog::error("job {} {}: {}", lost.claim.job_id, state, lost.losses);
+}
+
+/// Attempts that came further than those before them start the count anew, unless a limit ended them.
+void lose_attempt(Connection& connection, LostAttempt lost, const Loss& loss, std::uint32_t max_attempts,
+                  std::int64_t now) {
+  const std::string what = fmt::format("attempt {} {}", lost.claim.attempt, loss.what);
+  const bool count_anew = (lost.progressed && !loss.by_limit) || lost.strikes == 0;
+  lost.losses = count_anew ? what : lost.losses + "; " + what;
+  lost.strikes = count_anew ? 1 : lost.strikes + 1;
+  if (lost.cancel_requested) {
+    end_lost(connection, lost, "cancelled", {}, now);
+  } else if (lost.strikes >= max_attempts) {
+    end_lost(connection, lost, "failed", lost_error(lost, loss), now);
+  } else {
+    queue_again(connection, lost);
   }
+}
+
+void lose_expired(Connection& connection, std::int64_t now, std::uint32_t max_attempts) {
+  const Loss loss{.what = "was lost without a word: its lease ran out"};
+  for (LostAttempt& lost : lost_attempts(connection, "?1 = '' AND lease_until <= ?2", "", now)) {
+    lose_attempt(connection, std::move(lost), loss, max_attempts, now);
+  }
+}
+
+std::optional<std::int64_t> oldest_queued(Connection& connection) {
+  Query row(connection, "SELECT min(seq) FROM jobs WHERE state = 'queued'");
+  row.next();
+  return row.optional_integer(0);
 }
 
 std::optional<Claim> claim_row(Connection& connection, std::int64_t seq, std::string_view owner, std::int64_t now,
                                std::int64_t lease_until) {
   Query row(connection,
-            "UPDATE jobs SET state = 'running', started = ?, attempt = attempt + 1, lease_owner = ?, lease_until = ?,"
-            " version = (SELECT version FROM change_counter) WHERE seq = ? RETURNING id, attempt",
+            "UPDATE jobs SET state = 'running', started = ?, attempt = attempt + 1, progressed = 0, lease_owner = ?,"
+            " lease_until = ?, version = (SELECT version FROM change_counter) WHERE seq = ? RETURNING id, attempt",
             now, owner, lease_until, seq);
   row.next();
   return Claim{row.text(0), std::string(owner), static_cast<std::uint32_t>(row.integer(1))};
@@ -92,13 +149,6 @@ v1::Progress finished_progress(v1::Progress progress) {
   progress.set_stage("done");
   progress.set_fraction(1);
   progress.set_eta_seconds(0);
-  return progress;
-}
-
-v1::Progress queued_progress(const v1::Progress& former) {
-  v1::Progress progress;
-  progress.set_stage("queued");
-  progress.set_sweeps(former.sweeps());
   return progress;
 }
 
@@ -125,10 +175,9 @@ std::optional<Claim> SqliteStore::claim(std::string_view owner, std::chrono::mil
     }
     Writer::Transaction transaction(writer_);
     count_change(*transaction);
-    cancel_abandoned(*transaction, now);
-    fail_exhausted(*transaction, now, max_attempts_);
+    lose_expired(*transaction, now, max_attempts_);
     std::optional<Claim> claim;
-    if (const auto seq = oldest_claimable(*transaction, now)) {
+    if (const auto seq = oldest_queued(*transaction)) {
       claim = claim_row(*transaction, *seq, owner, now, now + lease.count());
     }
     transaction.commit();
@@ -186,10 +235,11 @@ bool SqliteStore::succeed(const Claim& claim, const v1::ResultFacts& result, con
     const std::string all_warnings = warnings_bytes(job->warnings()), result_bytes = result.SerializeAsString(),
                       progress = finished_progress(job->progress()).SerializeAsString();
     count_change(*transaction);
-    Query(*transaction,
-          "UPDATE jobs SET state = 'succeeded', finished = ?, result = ?, warnings = ?, progress = ?,"
-          " lease_owner = NULL, version = (SELECT version FROM change_counter) WHERE id = ?",
-          now_ms(), Blob{result_bytes}, Blob{all_warnings}, Blob{progress}, claim.job_id)
+    Query(
+        *transaction,
+        "UPDATE jobs SET state = 'succeeded', finished = ?1, expires = ?1 + retention, result = ?2, warnings = ?3,"
+        " progress = ?4, bytes = ?5, lease_owner = NULL, version = (SELECT version FROM change_counter) WHERE id = ?6",
+        now_ms(), Blob{result_bytes}, Blob{all_warnings}, Blob{progress}, files_.bytes(claim.job_id), claim.job_id)
         .run();
     transaction.commit();
     return true;
@@ -202,10 +252,10 @@ bool SqliteStore::fail(const Claim& claim, const v1::Problem& problem) {
     Writer::Transaction transaction(durable_writer_);
     count_change(*transaction);
     const int rows = Query(*transaction,
-                           "UPDATE jobs SET state = 'failed', finished = ?, error = ?, lease_owner = NULL,"
-                           " version = (SELECT version FROM change_counter)"
-                           " WHERE id = ? AND lease_owner = ? AND attempt = ? AND state = 'running'",
-                           now_ms(), Blob{error}, claim.job_id, claim.owner, claim.attempt)
+                           "UPDATE jobs SET state = 'failed', finished = ?1, expires = ?1 + retention, error = ?2,"
+                           " bytes = ?3, lease_owner = NULL, version = (SELECT version FROM change_counter)"
+                           " WHERE id = ?4 AND lease_owner = ?5 AND attempt = ?6 AND state = 'running'",
+                           now_ms(), Blob{error}, files_.bytes(claim.job_id), claim.job_id, claim.owner, claim.attempt)
                          .run();
     transaction.commit();
     return rows > 0;
@@ -217,10 +267,10 @@ bool SqliteStore::finish_cancelled(const Claim& claim) {
     Writer::Transaction transaction(durable_writer_);
     count_change(*transaction);
     const int rows = Query(*transaction,
-                           "UPDATE jobs SET state = 'cancelled', finished = ?, lease_owner = NULL,"
-                           " version = (SELECT version FROM change_counter)"
-                           " WHERE id = ? AND lease_owner = ? AND attempt = ? AND state = 'running'",
-                           now_ms(), claim.job_id, claim.owner, claim.attempt)
+                           "UPDATE jobs SET state = 'cancelled', finished = ?1, expires = ?1 + retention, bytes = ?2,"
+                           " lease_owner = NULL, version = (SELECT version FROM change_counter)"
+                           " WHERE id = ?3 AND lease_owner = ?4 AND attempt = ?5 AND state = 'running'",
+                           now_ms(), files_.bytes(claim.job_id), claim.job_id, claim.owner, claim.attempt)
                          .run();
     transaction.commit();
     return rows > 0;
@@ -236,7 +286,8 @@ bool SqliteStore::put_back(const Claim& claim) {
     count_change(*transaction);
     Query(*transaction,
           "UPDATE jobs SET state = iif(cancel_requested, 'cancelled', 'queued'),"
-          " finished = iif(cancel_requested, ?1, NULL), started = iif(cancel_requested, started, NULL),"
+          " finished = iif(cancel_requested, ?1, NULL), expires = iif(cancel_requested, ?1 + retention, NULL), started "
+          "= iif(cancel_requested, started, NULL),"
           " attempt = attempt - iif(cancel_requested, 0, 1), progress = iif(cancel_requested, progress, ?2),"
           " lease_owner = NULL,"
           " version = (SELECT version FROM change_counter) WHERE id = ?3",
@@ -244,6 +295,40 @@ bool SqliteStore::put_back(const Claim& claim) {
         .run();
     transaction.commit();
     return true;
+  });
+}
+
+void SqliteStore::note_checkpoint(const Claim& claim) {
+  with_store_errors([&] {
+    Writer::Transaction transaction(writer_);
+    Query(*transaction,
+          "UPDATE jobs SET progressed = 1"
+          " WHERE id = ? AND lease_owner = ? AND attempt = ? AND state = 'running' AND progressed = 0",
+          claim.job_id, claim.owner, claim.attempt)
+        .run();
+    transaction.commit();
+  });
+}
+
+bool SqliteStore::lose(const Claim& claim, const Loss& loss) {
+  return with_store_errors([&] {
+    Writer::Transaction transaction(durable_writer_);
+    auto lost = lost_attempts(*transaction, "id = ?1 AND attempt = ?2", claim.job_id, claim.attempt);
+    if (lost.empty() || lost.front().claim.owner != claim.owner) return false;
+    count_change(*transaction);
+    lose_attempt(*transaction, std::move(lost.front()), loss, max_attempts_, now_ms());
+    transaction.commit();
+    return true;
+  });
+}
+
+void SqliteStore::lose_all(std::string_view worker, const Loss& loss) {
+  with_store_errors([&] {
+    Writer::Transaction transaction(durable_writer_);
+    count_change(*transaction);
+    auto all = lost_attempts(*transaction, "lease_owner = ?1 AND ?2", worker, 1);
+    for (LostAttempt& lost : all) lose_attempt(*transaction, std::move(lost), loss, max_attempts_, now_ms());
+    if (!all.empty()) transaction.commit();
   });
 }
 

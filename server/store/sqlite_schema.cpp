@@ -42,6 +42,69 @@ constexpr std::array kMigrations = {
       CREATE INDEX jobs_by_state ON jobs (state, seq);
       CREATE INDEX jobs_by_version ON jobs (version);
     )sql",
+    // Owners, each with idempotency keys of its own; what becomes of attempts; expiry; bytes kept, added up by triggers
+    // so that no path can forget them; jobs whose files are still to be removed.
+    R"sql(
+      CREATE TABLE new_jobs (
+        seq INTEGER PRIMARY KEY AUTOINCREMENT,
+        id TEXT NOT NULL UNIQUE,
+        owner TEXT NOT NULL DEFAULT '',
+        state TEXT NOT NULL CHECK (state IN ('queued', 'running', 'succeeded', 'failed', 'cancelled')),
+        created INTEGER NOT NULL,
+        started INTEGER,
+        finished INTEGER,
+        expires INTEGER,
+        retention INTEGER NOT NULL DEFAULT 86400000,
+        attempt INTEGER NOT NULL DEFAULT 0,
+        strikes INTEGER NOT NULL DEFAULT 0,
+        progressed INTEGER NOT NULL DEFAULT 0,
+        losses TEXT NOT NULL DEFAULT '',
+        lease_owner TEXT,
+        lease_until INTEGER,
+        cancel_requested INTEGER NOT NULL DEFAULT 0,
+        version INTEGER NOT NULL,
+        bytes INTEGER NOT NULL DEFAULT 0,
+        input BLOB NOT NULL,
+        parameters BLOB NOT NULL,
+        warnings BLOB NOT NULL,
+        progress BLOB NOT NULL,
+        result BLOB,
+        error BLOB,
+        idempotency_key TEXT,
+        request_digest TEXT NOT NULL,
+        UNIQUE (owner, idempotency_key)
+      );
+      INSERT INTO new_jobs (seq, id, state, created, started, finished, expires, attempt, lease_owner, lease_until,
+                            cancel_requested, version, input, parameters, warnings, progress, result, error,
+                            idempotency_key, request_digest)
+        SELECT seq, id, state, created, started, finished,
+               iif(finished IS NULL, NULL, CAST(strftime('%s', 'now') AS INTEGER) * 1000 + 86400000),
+               attempt, lease_owner, lease_until, cancel_requested, version, input, parameters, warnings, progress,
+               result, error, idempotency_key, request_digest
+        FROM jobs;
+      DROP TABLE jobs;
+      ALTER TABLE new_jobs RENAME TO jobs;
+      CREATE INDEX jobs_by_state ON jobs (state, seq);
+      CREATE INDEX jobs_by_version ON jobs (version);
+      CREATE INDEX jobs_by_owner ON jobs (owner, seq);
+      CREATE INDEX jobs_by_expiry ON jobs (expires) WHERE expires IS NOT NULL;
+      CREATE TABLE usage (owner TEXT PRIMARY KEY, queued INTEGER NOT NULL, bytes INTEGER NOT NULL) WITHOUT ROWID;
+      INSERT INTO usage SELECT owner, sum(state = 'queued'), sum(bytes) FROM jobs GROUP BY owner;
+      CREATE TRIGGER count_new_job AFTER INSERT ON jobs BEGIN
+        INSERT INTO usage VALUES (new.owner, new.state = 'queued', new.bytes)
+          ON CONFLICT (owner) DO UPDATE SET queued = queued + excluded.queued, bytes = bytes + excluded.bytes;
+      END;
+      CREATE TRIGGER count_changed_job AFTER UPDATE OF state, bytes ON jobs BEGIN
+        UPDATE usage SET queued = queued + (new.state = 'queued') - (old.state = 'queued'),
+                         bytes = bytes + new.bytes - old.bytes
+          WHERE owner = new.owner;
+      END;
+      CREATE TABLE removed (id TEXT PRIMARY KEY) WITHOUT ROWID;
+      CREATE TRIGGER count_removed_job AFTER DELETE ON jobs BEGIN
+        UPDATE usage SET queued = queued - (old.state = 'queued'), bytes = bytes - old.bytes WHERE owner = old.owner;
+        INSERT OR IGNORE INTO removed VALUES (old.id);
+      END;
+    )sql",
 };
 
 int user_version(SQLite::Database& database) { return database.execAndGet("PRAGMA user_version").getInt(); }

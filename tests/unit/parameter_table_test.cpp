@@ -78,6 +78,9 @@ TEST(ParameterTable, DefaultsAreThoseOfCore) {
 TEST(ParameterTable, EveryOptionOfCoreIsAParameterAndBack) {
   std::vector<std::string> options;
   for (const auto& [name, value] : option_values(SmoothOptions{})) options.push_back(name);
+  for (const std::string& name : parameter_names()) {
+    if (is_of_service(name)) options.push_back(name);
+  }
   EXPECT_THAT(parameter_names(), testing::UnorderedElementsAreArray(options));
 }
 
@@ -259,8 +262,10 @@ TEST(ParametersSchema, DescribesEveryParameterWithADefaultThatIsTaken) {
   EXPECT_EQ(schema["properties"]["smoothness"]["enum"], (json{"quadratic", "square_root", "huber", "truncated"}));
 }
 
-TEST(ChangesResult, AllButThreads) {
-  for (const std::string& name : parameter_names()) EXPECT_EQ(changes_result(name), name != "threads");
+TEST(ChangesResult, AllButThreadsAndRetention) {
+  for (const std::string& name : parameter_names()) {
+    EXPECT_EQ(changes_result(name), name != "threads" && name != "retention_hours") << name;
+  }
 }
 
 }  // namespace
