@@ -56,6 +56,15 @@ std::vector<double> Annealing::expected_labels() const {
   return labels;
 }
 
+void Annealing::exchange(StateArchive& archive) {
+  archive.values(field.positions);
+  archive.values(field.normals);
+  archive.values(field.labels);
+  archive.values_or_none(label_sums_, field.labels.size());
+  archive.value(averaged_sweeps_);
+  if (archive.reading()) update_terms();
+}
+
 void Annealing::restart_average() {
   label_sums_.clear();
   averaged_sweeps_ = 0;

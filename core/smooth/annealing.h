@@ -2,11 +2,13 @@
 
 #include <memory>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "core/smooth/edge_process.h"
 #include "core/smooth/field.h"
 #include "core/smooth/smooth.h"
+#include "core/smooth/state_archive.h"
 
 namespace crease {
 
@@ -37,6 +39,8 @@ class Annealing {
   /// The labels' expectation over the coldest sweeps of a stage: how probable a ridge is, where one sample would be a
   /// throw of it.
   std::vector<double> expected_labels() const;
+  /// What sweeps change. Read from a checkpoint, it is followed by what is made from it.
+  void exchange(StateArchive& archive);
   /// Forgets the average when a new stage begins.
   void restart_average();
   std::uint64_t edge_sites() const { return options.edge_process ? edge_schedule_.sites.size() : 0; }
@@ -50,6 +54,9 @@ class Annealing {
   std::uint32_t averaged_sweeps_ = 0;
 };
 
+/// What a sweep's record calls its stage.
+inline constexpr std::string_view kFaceStage = "face", kVertexStage = "vertex";
+
 /// A part of a run: the labels beside one other field.
 class Stage {
  public:
@@ -58,6 +65,8 @@ class Stage {
   virtual std::uint64_t sites() const = 0;
   /// Sweep `index` of the stage, from 0; `number` counts all sweeps of the run and keys the random numbers.
   virtual void sweep(std::uint32_t index, std::uint32_t number, SweepRecord& record) = 0;
+  /// What sweeps change beside the state that all stages share.
+  virtual void exchange(StateArchive& archive) = 0;
 };
 
 /// Positions are sampled (§3.2), or moved down the gradient by the mean-field solver.

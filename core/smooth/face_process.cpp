@@ -85,6 +85,11 @@ void FaceProcess::measure(ThreadTeam& team) {
   });
 }
 
+void FaceProcess::exchange(StateArchive& archive) {
+  archive.values(measured_);
+  archive.values(areas_);
+}
+
 void FaceProcess::set_model(const EnergyModel& model, ThreadTeam& team) {
   model_ = model;
   edge_weights_.resize(field_.labels.size());

@@ -6,6 +6,7 @@
 #include "core/smooth/metropolis.h"
 #include "core/smooth/random.h"
 #include "core/smooth/schedule.h"
+#include "core/smooth/state_archive.h"
 
 namespace crease {
 
@@ -22,6 +23,7 @@ class FaceProcess {
 
   /// Takes the field's normals and areas as the measured ones.
   void measure(ThreadTeam& team);
+  void exchange(StateArchive& archive);
   /// Takes over the weights and the field's labels for the visits that follow.
   void set_model(const EnergyModel& model, ThreadTeam& team);
 

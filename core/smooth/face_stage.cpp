@@ -26,7 +26,7 @@ class FaceStage : public Stage {
   void sweep(std::uint32_t index, std::uint32_t number, SweepRecord& record) override {
     const std::uint32_t round = round_of(index), first = first_of(round), count = first_of(round + 1) - first;
     const double time = count > 1 ? static_cast<double>(index - first) / (count - 1) : 1.0;
-    record.stage = "face";
+    record.stage = kFaceStage;
     record.likelihood_weight = options_.normal_weight;
     annealing_.label_edges(annealing_.final_model, number, time, record);
     process_.set_model(annealing_.final_model, annealing_.team);
@@ -40,6 +40,11 @@ class FaceStage : public Stage {
     record.energy.likelihood = process_.likelihood(annealing_.team);
     record.energy.smoothness = process_.smoothness(annealing_.team);
     if (index + 1 == first + count) end_round(index + 1 == sweeps());
+  }
+
+  void exchange(StateArchive& archive) override {
+    step_.exchange(archive);
+    process_.exchange(archive);
   }
 
  private:

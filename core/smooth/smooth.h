@@ -3,6 +3,7 @@
 #include <atomic>
 #include <functional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -41,6 +42,7 @@ struct SweepView {
   double seconds = 0;
   std::function<std::vector<double>()> labels;   ///< per edge of the topology, made when called
   std::function<std::vector<Vec3>()> positions;  ///< in the units of the upload, made when called
+  std::function<std::string()> checkpoint = {};  ///< made when called; empty where a method has none
 };
 
 /// How a caller follows and stops a run. `on_sweep` is called after every sweep on the calling thread; when it returns
@@ -48,6 +50,9 @@ struct SweepView {
 struct RunContext {
   std::function<bool(const SweepView&)> on_sweep;
   std::atomic<bool> cancel{false};
+  /// A checkpoint of a run of the same mesh, weights and options (threads may differ) by the same program: the run goes
+  /// on from there, and ends with the bits that an undisturbed one ends with. Empty: from the start.
+  std::string_view checkpoint;
 };
 
 struct SmoothResult {
@@ -55,12 +60,13 @@ struct SmoothResult {
   std::vector<double> labels;  ///< per edge of the topology, in [0, 1]; 0 where the edge is not interior
   std::vector<SweepRecord> sweeps;
   std::uint64_t site_proposals = 0, label_proposals = 0;
-  double seconds = 0;
+  double seconds = 0;  ///< those before the checkpoint included
   bool cancelled = false;
 };
 
 /// The coupled processes of §3.4, annealed (§3.5). `weights` of the likelihood per vertex, empty for 1 everywhere. The
-/// same mesh, options and seed give the same bits for any number of threads.
+/// same mesh, options and seed give the same bits for any number of threads, and through any number of checkpoints.
+/// \throw CheckpointError
 SmoothResult smooth(const Mesh& measured, const Topology& topology, const SmoothOptions& options, RunContext& context,
                     std::span<const double> weights = {});
 

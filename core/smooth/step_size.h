@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/smooth/state_archive.h"
+
 namespace crease {
 
 /// Width of a proposal that follows the acceptance rate from sweep to sweep, and so depends on nothing but the run.
@@ -9,6 +11,8 @@ class StepSize {
  public:
   explicit StepSize(double start) : step_(start) {}
   double value() const { return step_; }
+
+  void exchange(StateArchive& archive) { archive.value(step_); }
 
   void adapt(double acceptance) {
     const double wanted = acceptance > kTargetAcceptance ? step_ * kChange : step_ / kChange;

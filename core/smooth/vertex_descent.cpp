@@ -143,6 +143,12 @@ void VertexDescent::run(const EnergyModel& model, ThreadTeam& team) {
   field_.update_normals(team);
 }
 
+void VertexDescent::exchange(StateArchive& archive) {
+  archive.values_or_none(previous_, field_.positions.size());
+  archive.values(search_);
+  archive.value(last_decrease_);
+}
+
 double VertexDescent::try_step(double length, ThreadTeam& team) {
   team.run(from_.size(), kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t v = begin; v < end; ++v) field_.positions[v] = from_[v] + length * search_[v];

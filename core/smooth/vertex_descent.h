@@ -5,6 +5,7 @@
 
 #include "core/smooth/field.h"
 #include "core/smooth/ridge_straightness.h"
+#include "core/smooth/state_archive.h"
 
 namespace crease {
 
@@ -44,6 +45,7 @@ class VertexDescent {
 
   /// One step to lower energy; none where there is none to be found. Normals are kept up to date.
   void run(const EnergyModel& model, ThreadTeam& team);
+  void exchange(StateArchive& archive);
 
  private:
   double try_step(double length, ThreadTeam& team);

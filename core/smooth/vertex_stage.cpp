@@ -34,7 +34,7 @@ class VertexStage : public Stage {
     const double time = sweeps() > 1 ? static_cast<double>(index) / (sweeps() - 1) : 1.0;
     EnergyModel model = annealing_.final_model;
     model.likelihood_weight = scheduled(options_.likelihood_weight_start, options_.likelihood_weight, time);
-    record.stage = "vertex";
+    record.stage = kVertexStage;
     record.likelihood_weight = model.likelihood_weight;
     annealing_.label_edges(model, number, time, record);
     if (descent_) {
@@ -44,6 +44,11 @@ class VertexStage : public Stage {
     }
     annealing_.update_terms();
     annealing_.measure(record);
+  }
+
+  void exchange(StateArchive& archive) override {
+    step_.exchange(archive);
+    if (descent_) descent_->exchange(archive);
   }
 
  private:

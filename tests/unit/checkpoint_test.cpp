@@ -1,0 +1,188 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+
+#include "core/measure/noise.h"
+#include "core/smooth/smooth.h"
+#include "core/smooth/state_archive.h"
+#include "tests/support/meshes.h"
+
+namespace crease {
+namespace {
+
+constexpr std::uint32_t kSweeps = 24;
+
+SmoothOptions options_of(Process process, Solver solver) {
+  SmoothOptions options;
+  options.process = process;
+  options.solver = solver;
+  options.sweeps = kSweeps;
+  options.rounds = 3;
+  options.threads = 1;
+  return options;
+}
+
+struct Variant {
+  std::string name;
+  SmoothOptions options;
+};
+
+std::vector<Variant> variants() {
+  std::vector<Variant> all;
+  for (const auto& [process, process_name] :
+       {std::pair{Process::kVertex, "vertex"}, {Process::kFace, "face"}, {Process::kBoth, "both"}}) {
+    for (const auto& [solver, solver_name] :
+         {std::pair{Solver::kMetropolis, " metropolis"}, {Solver::kMeanField, " mean_field"}}) {
+      all.push_back({std::string(process_name) + solver_name, options_of(process, solver)});
+    }
+  }
+  SmoothOptions rich = options_of(Process::kBoth, Solver::kMetropolis);
+  rich.likelihood = LikelihoodKind::kAnisotropic;
+  rich.curvature_weight = 0.3;
+  rich.continuity_weight = 0.2;
+  rich.ridge_line_weight = 0.2;
+  rich.corner_weight = 0.3;
+  all.push_back({"every term", rich});
+  SmoothOptions volume = options_of(Process::kVertex, Solver::kMeanField);
+  volume.likelihood = LikelihoodKind::kVolume;
+  all.push_back({"volume", volume});
+  SmoothOptions unlabelled = options_of(Process::kBoth, Solver::kMetropolis);
+  unlabelled.edge_process = false;
+  all.push_back({"no edge process", unlabelled});
+  return all;
+}
+
+const Mesh& noisy_cube() {
+  static const Mesh mesh = add_noise(test::cube(5), 0.2, 1, NoiseKind::kGaussian);
+  return mesh;
+}
+
+SmoothResult run(const Mesh& mesh, const SmoothOptions& options, RunContext& context) {
+  return smooth(mesh, build_topology(mesh), options, context);
+}
+
+/// Runs to the end of `last` sweeps at most, from `checkpoint`, and leaves there a checkpoint of the end.
+SmoothResult run_until(std::uint32_t last, const SmoothOptions& options, std::string& checkpoint,
+                       const Mesh& mesh = noisy_cube()) {
+  const std::string from = checkpoint;
+  RunContext context;
+  context.checkpoint = from;
+  context.on_sweep = [&](const SweepView& view) {
+    checkpoint = view.checkpoint();
+    return view.record.sweep < last;
+  };
+  return run(mesh, options, context);
+}
+
+bool same_record(const SweepRecord& a, const SweepRecord& b) {
+  return a.sweep == b.sweep && a.stage == b.stage && a.energy.total() == b.energy.total() &&
+         a.likelihood_weight == b.likelihood_weight && a.temperature == b.temperature &&
+         a.label_temperature == b.label_temperature && a.step_size == b.step_size && a.acceptance == b.acceptance &&
+         a.label_acceptance == b.label_acceptance && a.ridge_edges == b.ridge_edges &&
+         a.rms_displacement == b.rms_displacement;
+}
+
+void expect_same(const SmoothResult& a, const SmoothResult& b) {
+  EXPECT_EQ(a.positions, b.positions);
+  EXPECT_EQ(a.labels, b.labels);
+  EXPECT_EQ(a.site_proposals, b.site_proposals);
+  EXPECT_EQ(a.label_proposals, b.label_proposals);
+  EXPECT_TRUE(std::ranges::equal(a.sweeps, b.sweeps, same_record));
+}
+
+TEST(Checkpoint, ARunThatGoesOnFromAnySweepEndsWithTheSameBits) {
+  for (const auto& [name, options] : variants()) {
+    SCOPED_TRACE(name);
+    RunContext undisturbed;
+    const SmoothResult expected = run(noisy_cube(), options, undisturbed);
+    for (std::uint32_t sweep = 1; sweep <= kSweeps; ++sweep) {
+      SCOPED_TRACE(sweep);
+      std::string checkpoint;
+      const SmoothResult first = run_until(sweep, options, checkpoint);
+      ASSERT_TRUE(first.cancelled);
+      RunContext again;
+      again.checkpoint = checkpoint;
+      SmoothOptions other_threads = options;
+      other_threads.threads = 3;
+      const SmoothResult resumed = run(noisy_cube(), other_threads, again);
+      EXPECT_FALSE(resumed.cancelled);
+      EXPECT_GE(resumed.seconds, first.seconds / 2) << "the time before counts, too";
+      expect_same(resumed, expected);
+    }
+  }
+}
+
+TEST(Checkpoint, ARunMayBeCutShortManyTimes) {
+  for (const auto& [name, options] : variants()) {
+    SCOPED_TRACE(name);
+    RunContext undisturbed;
+    const SmoothResult expected = run(noisy_cube(), options, undisturbed);
+    std::string checkpoint;
+    SmoothResult last;
+    for (std::uint32_t sweep = 3; sweep < kSweeps + 3; sweep += 3) last = run_until(sweep, options, checkpoint);
+    expect_same(last, expected);
+  }
+}
+
+TEST(Checkpoint, SweepsThatAreDoneAreNotDoneAgain) {
+  std::string checkpoint;
+  run_until(10, options_of(Process::kBoth, Solver::kMetropolis), checkpoint);
+  RunContext again;
+  again.checkpoint = checkpoint;
+  std::vector<std::uint32_t> sweeps;
+  again.on_sweep = [&](const SweepView& view) {
+    sweeps.push_back(view.record.sweep);
+    return true;
+  };
+  run(noisy_cube(), options_of(Process::kBoth, Solver::kMetropolis), again);
+  ASSERT_EQ(sweeps.size(), kSweeps - 10);
+  EXPECT_EQ(sweeps.front(), 11U);
+}
+
+TEST(Checkpoint, OneOfAnotherRunIsRefused) {
+  const SmoothOptions options = options_of(Process::kBoth, Solver::kMetropolis);
+  std::string checkpoint;
+  run_until(20, options, checkpoint);
+  const auto refused = [&](const Mesh& mesh, const SmoothOptions& of_run, std::string bytes) {
+    RunContext context;
+    context.checkpoint = bytes;
+    EXPECT_THROW(run(mesh, of_run, context), CheckpointError);
+  };
+  refused(test::cube(4), options, checkpoint);
+  refused(test::icosphere(2), options, checkpoint);
+  refused(noisy_cube(), options_of(Process::kBoth, Solver::kMeanField), checkpoint);
+  refused(noisy_cube(), options_of(Process::kFace, Solver::kMetropolis), checkpoint);
+  SmoothOptions fewer = options;
+  fewer.sweeps = 10;
+  refused(noisy_cube(), fewer, checkpoint);
+  refused(noisy_cube(), options, checkpoint + "x");
+}
+
+TEST(Checkpoint, ADamagedOneIsRefusedOrEndsLikeARun) {
+  const SmoothOptions options = options_of(Process::kBoth, Solver::kMetropolis);
+  std::string checkpoint;
+  run_until(kSweeps - 1, options, checkpoint);
+  for (std::size_t length = 1; length < checkpoint.size(); length += 1 + checkpoint.size() / 97) {
+    RunContext context;
+    const std::string torn = checkpoint.substr(0, length);
+    context.checkpoint = torn;
+    EXPECT_THROW(run(noisy_cube(), options, context), CheckpointError) << length;
+  }
+  std::mt19937 random(1);
+  for (int i = 0; i < 50; ++i) {
+    std::string damaged = checkpoint;
+    damaged[random() % 64] = static_cast<char>(random());
+    RunContext context;
+    context.checkpoint = damaged;
+    try {
+      EXPECT_LE(run(noisy_cube(), options, context).sweeps.size(), kSweeps);
+    } catch (const CheckpointError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("checkpoint"));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace crease
