@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <thread>
 
 namespace creased {
@@ -101,8 +102,6 @@ void add_worker_options(CLI::App& command, WorkerConfig& config) {
   add_log_options(command, config.log);
 }
 
-void add_inspect_options(CLI::App& command, MeshLimits& limits) { add_limit_options(command, limits); }
-
 std::string refusal(const ServeConfig& config) {
   if (!is_loopback(config.host) && !config.open) {
     return "listening on " + config.host +
@@ -115,6 +114,20 @@ std::string refusal(const ServeConfig& config) {
     return "--max-streams must be less than --max-connections, or event streams shut all other calls out";
   }
   return {};
+}
+
+WorkerOptions worker_options(const WorkerConfig& config) {
+  const auto milliseconds_of = [](double seconds) {
+    return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
+  };
+  WorkerOptions options;
+  options.name = config.name;
+  options.lease = milliseconds_of(config.job.lease);
+  options.checkpoint_every = milliseconds_of(config.job.checkpoint_every);
+  options.memory_bytes = std::uint64_t{config.job.memory_mb} << 20U;
+  options.cpu_seconds = static_cast<std::uint64_t>(std::ceil(config.job.cpu_seconds));
+  options.limits = {config.limits.max_vertices, config.limits.max_faces};
+  return options;
 }
 
 StoreOptions store_options(const StoreConfig& config) {

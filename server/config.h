@@ -6,6 +6,7 @@
 #include <string>
 
 #include "server/store/store.h"
+#include "server/worker/worker.h"
 
 namespace creased {
 
@@ -67,12 +68,12 @@ struct WorkerConfig {
 /// Adds the options of a command, each with its default and the environment variable CREASED_* of the same name.
 void add_serve_options(CLI::App& command, ServeConfig& config);
 void add_worker_options(CLI::App& command, WorkerConfig& config);
-void add_inspect_options(CLI::App& command, MeshLimits& limits);
 
 /// Why this configuration is refused; empty: it is not.
 std::string refusal(const ServeConfig& config);
 
 StoreOptions store_options(const StoreConfig& config);
+WorkerOptions worker_options(const WorkerConfig& config);
 
 /// The command line of a worker that shares the server's store.
 std::vector<std::string> worker_arguments(const ServeConfig& config);

@@ -13,7 +13,7 @@
 #include "server/http/serve.h"
 #include "server/log.h"
 #include "server/store/store.h"
-#include "server/worker/inspector.h"
+#include "server/worker/sandbox.h"
 #include "server/worker/worker.h"
 
 namespace {
@@ -21,12 +21,6 @@ namespace {
 constexpr int kUsageError = 2;
 
 std::atomic<bool> stop_worker{false};
-
-std::string own_name() {
-  std::string host(256, '\0');
-  ::gethostname(host.data(), host.size() - 1);
-  return host.substr(0, host.find('\0')) + "-" + std::to_string(::getpid());
-}
 
 void mask_ending_signals(int how) {
   sigset_t signals;
@@ -49,18 +43,17 @@ int run_worker(const creased::WorkerConfig& config) {
   std::signal(SIGTERM, [](int) { stop_worker = true; });
   std::signal(SIGINT, [](int) { stop_worker = true; });
   mask_ending_signals(SIG_UNBLOCK);
-  creased::WorkerOptions options;
-  options.name = config.name.empty() ? own_name() : config.name;
-  options.limits.max_vertices = config.limits.max_vertices;
-  options.limits.max_faces = config.limits.max_faces;
+  auto options = creased::worker_options(config);
+  options.executable = std::filesystem::read_symlink("/proc/self/exe");
+  if (options.name.empty()) options.name = creased::worker_name(::getpid());
   const auto store = creased::open_store(creased::store_options(config.store));
   return creased::run_worker(*store, options, stop_worker);
 }
 
-int run_inspect(const creased::MeshLimits& limits) {
+int run_compute() {
   std::signal(SIGINT, SIG_IGN);  // ends with its input; Ctrl-C reaches the whole group
   mask_ending_signals(SIG_UNBLOCK);
-  return creased::run_inspector_child(limits.max_vertices, limits.max_faces);
+  return creased::run_compute();
 }
 
 template <typename Run>
@@ -81,16 +74,14 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   creased::ServeConfig serve;
   creased::WorkerConfig worker;
-  creased::MeshLimits inspect;
   const std::string order =
       "Every option is also read from the environment; a flag wins over --config FILE "
       "(section [serve] or [worker]), and that over the environment.";
   auto* serve_command = app.add_subcommand("serve", "Answer HTTP and keep worker processes")->fallthrough();
   auto* worker_command = app.add_subcommand("worker", "Run jobs of a store")->fallthrough();
-  auto* inspect_command = app.add_subcommand("inspect", "Check uploads for a server that starts this itself");
+  app.add_subcommand("compute", "Check and smooth meshes, confined, for a server or worker that starts this itself");
   creased::add_serve_options(*serve_command->footer(order), serve);
   creased::add_worker_options(*worker_command->footer(order), worker);
-  creased::add_inspect_options(*inspect_command, inspect);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -98,7 +89,7 @@ int run(int argc, char** argv) {
   }
   if (serve_command->parsed()) return guarded(serve.log, [&] { return run_serve(serve); });
   if (worker_command->parsed()) return guarded(worker.log, [&] { return run_worker(worker); });
-  return run_inspect(inspect);
+  return run_compute();
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "server/log.h"
 #include "server/store/housekeeper.h"
 #include "server/worker/supervisor.h"
+#include "server/worker/worker.h"
 
 namespace creased {
 namespace {
@@ -43,6 +44,7 @@ Inspector::Options inspector_options(const ServeConfig& config, const std::files
   options.executable = executable;
   options.max_vertices = config.limits.max_vertices;
   options.max_faces = config.limits.max_faces;
+  options.memory_limit_mb = config.job.memory_mb;
   return options;
 }
 
@@ -90,8 +92,9 @@ class Service {
     api_.attach(server_);
     port_ = server_.bind(config.host, config.port);
     if (config.workers > 0) {
-      workers_ =
-          std::make_unique<Supervisor>(Supervisor::Options{executable, worker_arguments(config), config.workers, 0});
+      workers_ = std::make_unique<Supervisor>(
+          Supervisor::Options{executable, worker_arguments(config), config.workers,
+                              [this](int process, const std::string& what) { worker_ended(process, what); }});
     }
   }
 
@@ -111,6 +114,15 @@ class Service {
   }
 
  private:
+  /// What the worker had claimed is free at once, without waiting for its lease.
+  void worker_ended(int process, const std::string& what) {
+    try {
+      store_->lose_all(worker_name(process), {.what = what + " with its worker"});
+    } catch (const crease::Error& error) {
+      spdlog::warn("the jobs of worker process {} wait for their lease: {}", process, error.detail());
+    }
+  }
+
   int drain(std::future<bool>& served, int signal) {
     log_event(spdlog::level::info, "draining", {{"signal", signal == SIGINT ? "SIGINT" : "SIGTERM"}});
     shutting_down_ = true;

@@ -23,9 +23,14 @@ void Descriptor::close() {
   if (open()) ::close(release());
 }
 
-void sync_path(const std::filesystem::path& path) {
-  const Descriptor descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+Descriptor open_to_read(const std::filesystem::path& path) {
+  Descriptor descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!descriptor.open()) throw file_failure("open", path);
+  return descriptor;
+}
+
+void sync_path(const std::filesystem::path& path) {
+  const Descriptor descriptor = open_to_read(path);
   if (::fsync(descriptor.get()) != 0) throw file_failure("sync", path);
 }
 

@@ -23,6 +23,9 @@ class Descriptor {
   int number_ = -1;
 };
 
+/// Opens a file to be read. \throw Error store_unavailable
+Descriptor open_to_read(const std::filesystem::path& path);
+
 /// Brings the content of a file, or the names in a folder, to the disk. \throw Error store_unavailable
 void sync_path(const std::filesystem::path& path);
 
@@ -36,6 +39,7 @@ class ReplacingFile {
   ReplacingFile(const ReplacingFile&) = delete;
   ReplacingFile& operator=(const ReplacingFile&) = delete;
 
+  const std::filesystem::path& path() const { return path_; }
   int descriptor() const { return descriptor_.get(); }
   /// Renames; when `durable`, only after the content is on the disk, and returns after the name is, too.
   /// \throw Error store_unavailable

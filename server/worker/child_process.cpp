@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -25,20 +24,11 @@ namespace {
 
 constexpr int kExecFailed = 127;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;
-#elif defined(__has_feature)
-constexpr bool kSanitized = __has_feature(address_sanitizer) || __has_feature(thread_sanitizer);
-#else
-constexpr bool kSanitized = false;
-#endif
-
 // Everything between fork and exec: only what may be called there when the parent has threads.
 struct Launch {
   const char* program;
   char* const* arguments;
   pid_t parent;
-  rlim_t address_space;  // 0: as the parent's
   int streams;
   int failure_pipe;
 
@@ -55,7 +45,7 @@ struct Launch {
     ::setpgid(0, 0);
     offer_to_the_oom_killer();
     reset_signals();
-    return redirect() && limit_memory() && ::close_range(STDERR_FILENO + 1, UINT_MAX, CLOSE_RANGE_CLOEXEC) == 0;
+    return redirect() && ::close_range(STDERR_FILENO + 1, UINT_MAX, CLOSE_RANGE_CLOEXEC) == 0;
   }
 
   // A worker that is killed costs one attempt of a job, the parent costs the service.
@@ -81,12 +71,6 @@ struct Launch {
     const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
     return nothing >= 0 && ::dup2(nothing, STDIN_FILENO) >= 0;
   }
-
-  bool limit_memory() const {
-    if (address_space == 0) return true;
-    const rlimit limit{address_space, address_space};
-    return ::setrlimit(RLIMIT_AS, &limit) == 0;
-  }
 };
 
 crease::Error start_failure(const std::filesystem::path& executable, int number) {
@@ -105,7 +89,6 @@ std::string describe(int status) {
 }  // namespace
 
 ChildProcess::ChildProcess(const ChildOptions& options) {
-  constexpr rlim_t kBytesPerMb = 1U << 20U;
   std::string program = options.executable;
   std::vector<std::string> words = options.arguments;
   std::vector<char*> arguments{program.data()};
@@ -119,7 +102,6 @@ ChildProcess::ChildProcess(const ChildOptions& options) {
   const Launch launch{.program = program.c_str(),
                       .arguments = arguments.data(),
                       .parent = ::getpid(),
-                      .address_space = kSanitized ? 0 : options.memory_limit_mb * kBytesPerMb,
                       .streams = options.standard_streams,
                       .failure_pipe = failure_writer.get()};
   id_ = ::fork();

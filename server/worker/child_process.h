@@ -3,7 +3,6 @@
 #include <sys/types.h>
 
 #include <chrono>
-#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -15,7 +14,6 @@ namespace creased {
 struct ChildOptions {
   std::filesystem::path executable;
   std::vector<std::string> arguments;  ///< after the program's name
-  std::size_t memory_limit_mb = 0;     ///< of address space; 0, or built with a sanitizer: no limit
   int standard_streams = -1;           ///< becomes standard input and output; -1: /dev/null and the parent's output
 };
 

@@ -2,46 +2,24 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <sys/socket.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <condition_variable>
-#include <csignal>
 #include <mutex>
+#include <span>
 #include <thread>
 
-#include "crease/v1/inspection.pb.h"
+#include "crease/v1/compute.pb.h"
 #include "server/store/failure.h"
-#include "server/worker/child_process.h"
-#include "server/worker/frame.h"
+#include "server/worker/sandbox.h"
 
 namespace creased {
 namespace v1 = crease::v1;
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr std::chrono::milliseconds kFirstPause{100}, kLongestPause{10'000};
-
-struct Helper {
-  ChildProcess process;
-  Descriptor stream;
-};
-
-Helper start_helper(const Inspector::Options& options) {
-  std::array<int, 2> ends{};
-  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-    throw crease::Error(code::kInternal, "cannot make a socket pair: " + errno_text(errno));
-  }
-  Descriptor ours(ends[0]);
-  const Descriptor theirs(ends[1]);
-  ChildProcess process({.executable = options.executable,
-                        .arguments = {"inspect", "--max-vertices", std::to_string(options.max_vertices), "--max-faces",
-                                      std::to_string(options.max_faces)},
-                        .memory_limit_mb = options.memory_limit_mb,
-                        .standard_streams = theirs.get()});
-  return {std::move(process), std::move(ours)};
-}
 
 crease::Error to_error(const v1::Problem& problem) {
   if (problem.field().empty()) return {problem.code(), problem.detail(), problem.place()};
@@ -49,9 +27,14 @@ crease::Error to_error(const v1::Problem& problem) {
                                   problem.place());
 }
 
-Inspection to_inspection(const v1::InspectResponse& response) {
-  if (response.has_error()) throw to_error(response.error());
-  return {response.facts(), {response.warnings().begin(), response.warnings().end()}};
+v1::ComputeLimits limits_of(const Inspector::Options& options) {
+  v1::ComputeLimits limits;
+  limits.set_memory_bytes(std::uint64_t{options.memory_limit_mb} << 20U);
+  limits.set_cpu_seconds(static_cast<std::uint64_t>(std::chrono::ceil<std::chrono::seconds>(options.timeout).count()));
+  limits.set_file_bytes(1);  // an inspection writes none
+  limits.set_max_vertices(options.max_vertices);
+  limits.set_max_faces(options.max_faces);
+  return limits;
 }
 
 }  // namespace
@@ -69,16 +52,22 @@ class Inspector::Impl {
     keeper_.join();
   }
 
-  Inspection inspect(const v1::InspectRequest& request) {
-    Helper helper = take();
-    v1::InspectResponse response;
-    const auto deadline = std::chrono::steady_clock::now() + options_.timeout;
-    const FrameOutcome outcome = write_frame(helper.stream.get(), request)
-                                     ? read_frame(helper.stream.get(), response, deadline)
-                                     : FrameOutcome::kEnded;
-    if (outcome != FrameOutcome::kRead) throw failure(std::move(helper), outcome);
-    give_back(std::move(helper));
-    return to_inspection(response);
+  Inspection inspect(v1::ComputeTask task, std::span<const int> files) {
+    *task.mutable_limits() = limits_of(options_);
+    std::unique_ptr<Sandbox> sandbox = take();
+    sandbox->start(task, files);
+    const auto deadline = Clock::now() + options_.timeout;
+    auto event = sandbox->next_event(deadline);
+    if (!event && !sandbox->ended()) {
+      discard(std::move(sandbox));
+      throw crease::Error(code::kInspectionFailed,
+                          fmt::format("checking the mesh took longer than {} ms", options_.timeout.count()));
+    }
+    while (!sandbox->ended() && sandbox->next_event(deadline)) {
+    }
+    const auto loss = sandbox->ended() ? sandbox->loss() : std::nullopt;
+    sandbox->ended() && sandbox->alive() ? give_back(std::move(sandbox)) : discard(std::move(sandbox));
+    return outcome(event, loss);
   }
 
   std::vector<int> process_ids() const {
@@ -87,49 +76,53 @@ class Inspector::Impl {
   }
 
  private:
-  Helper take() {
+  static Inspection outcome(const std::optional<v1::ComputeEvent>& event, const std::optional<Loss>& loss) {
+    if (event && event->has_refused()) throw to_error(event->refused());
+    if (loss) {
+      throw crease::Error(code::kInspectionFailed, fmt::format("the process that checked the mesh {}", loss->what));
+    }
+    if (!event || !event->has_inspected()) {
+      throw crease::Error(code::kInspectionFailed, "the process that checked the mesh ended without a word");
+    }
+    const v1::Inspection& found = event->inspected();
+    return {found.facts(), {found.warnings().begin(), found.warnings().end()}};
+  }
+
+  std::unique_ptr<Sandbox> take() {
     std::unique_lock lock(mutex_);
     for (;;) {
       changed_.wait(lock, [this] { return !idle_.empty() || stopping_ || !start_error_.empty(); });
       if (stopping_) throw crease::Error(code::kInspectionFailed, "the service is stopping");
       if (idle_.empty()) throw crease::Error(code::kInspectionFailed, start_error_);
-      Helper helper = std::move(idle_.back());
+      auto sandbox = std::move(idle_.back());
       idle_.pop_back();
-      if (!helper.process.ended()) return helper;
-      forget(helper);
+      if (sandbox->alive()) return sandbox;
+      forget(*sandbox);
     }
   }
 
-  void give_back(Helper helper) {
+  void give_back(std::unique_ptr<Sandbox> sandbox) {
     {
       const std::lock_guard lock(mutex_);
-      idle_.push_back(std::move(helper));
+      idle_.push_back(std::move(sandbox));
     }
     changed_.notify_all();
   }
 
-  crease::Error failure(Helper helper, FrameOutcome outcome) {
-    helper.process.signal(SIGKILL);
-    const std::string end = helper.process.wait();
-    spdlog::warn("inspector process {} {}", helper.process.id(), end);
-    {
-      const std::lock_guard lock(mutex_);
-      forget(helper);
-    }
-    if (outcome == FrameOutcome::kTimedOut) {
-      return {code::kInspectionFailed,
-              fmt::format("checking the mesh took longer than {} ms", options_.timeout.count())};
-    }
-    return {code::kInspectionFailed, fmt::format("the process that checked the mesh {}", end)};
+  void discard(std::unique_ptr<Sandbox> sandbox) {
+    sandbox->kill();
+    spdlog::warn("inspector process {} is replaced", sandbox->process_id());
+    const std::lock_guard lock(mutex_);
+    forget(*sandbox);
   }
 
   /// Under the mutex.
-  void forget(const Helper& helper) {
-    std::erase(ids_, helper.process.id());
+  void forget(const Sandbox& sandbox) {
+    std::erase(ids_, sandbox.process_id());
     changed_.notify_all();
   }
 
-  // The one thread that starts helpers: they live no longer than it does.
+  // The one thread that starts sandboxes: they live no longer than it does.
   void keep() {
     auto pause = kFirstPause;
     std::unique_lock lock(mutex_);
@@ -137,7 +130,7 @@ class Inspector::Impl {
       changed_.wait(lock, [this] { return stopping_ || ids_.size() < options_.processes; });
       if (stopping_) return;
       lock.unlock();
-      const bool started = add_helper();
+      const bool started = add_sandbox();
       lock.lock();
       if (started) {
         pause = kFirstPause;
@@ -148,13 +141,13 @@ class Inspector::Impl {
     }
   }
 
-  bool add_helper() {
+  bool add_sandbox() {
     std::string error;
     try {
-      Helper helper = start_helper(options_);
+      auto sandbox = std::make_unique<Sandbox>(options_.executable);
       const std::lock_guard lock(mutex_);
-      ids_.push_back(helper.process.id());
-      idle_.push_back(std::move(helper));
+      ids_.push_back(sandbox->process_id());
+      idle_.push_back(std::move(sandbox));
     } catch (const crease::Error& failed) {
       error = failed.detail();
       spdlog::error("{}", error);
@@ -168,8 +161,8 @@ class Inspector::Impl {
   const Options options_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<Helper> idle_;
-  std::vector<int> ids_;     // of idle and busy helpers
+  std::vector<std::unique_ptr<Sandbox>> idle_;
+  std::vector<int> ids_;     // of idle and busy sandboxes
   std::string start_error_;  // why the last start failed; empty: it did not
   bool stopping_ = false;
   std::thread keeper_;
@@ -180,12 +173,14 @@ Inspector::~Inspector() = default;
 
 Inspection Inspector::inspect(const std::filesystem::path& upload, const std::string& format, const std::string& name,
                               const std::filesystem::path& weights) {
-  v1::InspectRequest request;
-  request.set_path(upload);
-  request.set_format(format);
-  request.set_name(name);
-  request.set_weights(weights);
-  return impl_->inspect(request);
+  v1::ComputeTask task;
+  task.mutable_inspect()->set_format(format);
+  task.mutable_inspect()->set_name(name);
+  task.set_has_weights(!weights.empty());
+  const Descriptor file = open_to_read(upload), weights_file = weights.empty() ? Descriptor() : open_to_read(weights);
+  std::vector<int> files{file.get()};
+  if (weights_file.open()) files.push_back(weights_file.get());
+  return impl_->inspect(std::move(task), files);
 }
 
 std::vector<int> Inspector::process_ids() const { return impl_->process_ids(); }

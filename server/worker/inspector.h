@@ -17,14 +17,14 @@ struct Inspection {
   std::vector<crease::v1::Warning> warnings;
 };
 
-/// A few child processes that decode and check uploads, so that untrusted bytes are never parsed where HTTP is
-/// answered and a bad upload is refused before it becomes a job. A child that dies or takes too long is replaced.
+/// Decodes and checks uploads in confined processes, so that untrusted bytes are never parsed where HTTP is answered
+/// and a bad upload is refused before it becomes a job. A few at a time; others wait.
 class Inspector {
  public:
   struct Options {
-    std::filesystem::path executable;  ///< creased itself, run as `creased inspect --max-vertices N --max-faces N`
+    std::filesystem::path executable;  ///< creased itself, run as `creased compute`
     std::size_t processes = 2;
-    std::size_t memory_limit_mb = 4096;  ///< address space of a child
+    std::size_t memory_limit_mb = 4096;  ///< address space of a check
     std::chrono::milliseconds timeout{60'000};
     std::size_t max_vertices = 20'000'000, max_faces = 20'000'000;
   };
@@ -33,8 +33,8 @@ class Inspector {
 
   /// Waits for a free child. `format` may be empty: then by `name`'s extension, then from the bytes. `weights`
   /// is a file with a JSON array of them, or empty.
-  /// \throw crease::Error mesh_*, weights_invalid, or inspection_failed when the child died or ran out of time or
-  /// memory on this upload
+  /// \throw crease::Error mesh_*, weights_invalid, memory_exhausted, or inspection_failed when the child died or ran
+  /// out of time on this upload
   Inspection inspect(const std::filesystem::path& upload, const std::string& format, const std::string& name,
                      const std::filesystem::path& weights = {});
 
@@ -45,8 +45,5 @@ class Inspector {
   class Impl;
   std::unique_ptr<Impl> impl_;
 };
-
-/// Main loop of such a child: requests on standard input, answers on standard output, until end of file.
-int run_inspector_child(std::size_t max_vertices, std::size_t max_faces);
 
 }  // namespace creased

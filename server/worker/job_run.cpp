@@ -4,26 +4,25 @@
 #include <google/protobuf/util/time_util.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-#include <new>
 #include <utility>
+#include <vector>
 
-#include "proto/convert.h"
 #include "proto/error_table.h"
-#include "proto/parameter_table.h"
 #include "server/store/failure.h"
 #include "server/worker/lease_keeper.h"
-#include "server/worker/mapped_file.h"
-#include "server/worker/message_file.h"
 
 namespace creased {
 namespace v1 = crease::v1;
 namespace {
 
+using std::chrono::milliseconds;
+
 constexpr std::string_view kPartial = "part";
-constexpr std::chrono::milliseconds kCheckEvery{5};
-// Snapshots of a large mesh may not take more than this part of the time of smoothing.
-constexpr int kLeastSmoothingPerSnapshot = 20;
+constexpr milliseconds kLookEvery{20};
+/// A computation that was told to stop has so long for its last sweep and a checkpoint.
+constexpr milliseconds kStopGrace{3'000};
+/// An attempt may take so many times its processor time, on a machine with other work.
+constexpr int kWallTimes = 4;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -37,26 +36,56 @@ double seconds_queued(const v1::Job& job) {
   return static_cast<double>(TimeUtil::DurationToMilliseconds(started - created)) / kMsPerSecond;
 }
 
+std::string_view name_of(v1::RunFile kind) {
+  switch (kind) {
+    case v1::RUN_FILE_RESULT:
+      return file::kResult;
+    case v1::RUN_FILE_REPORT:
+      return file::kReport;
+    case v1::RUN_FILE_SNAPSHOT:
+      return file::kSnapshot;
+    case v1::RUN_FILE_CHECKPOINT:
+      return file::kCheckpoint;
+    default:
+      throw crease::Error(code::kInternal, "the process that computes named a file that there is not");
+  }
+}
+
+bool is_passing(v1::RunFile kind) { return kind == v1::RUN_FILE_SNAPSHOT || kind == v1::RUN_FILE_CHECKPOINT; }
+
+bool is_fault_of_store(std::string_view error) {
+  return error == code::kStoreUnavailable || error == code::kStorageFull;
+}
+
+v1::ComputeLimits limits_of(const WorkerOptions& options) {
+  v1::ComputeLimits limits;
+  limits.set_memory_bytes(options.memory_bytes);
+  limits.set_cpu_seconds(options.cpu_seconds);
+  limits.set_file_bytes(options.memory_bytes);  // no file is larger than what it was made from
+  limits.set_max_vertices(options.limits.max_vertices);
+  limits.set_max_faces(options.limits.max_faces);
+  return limits;
+}
+
 }  // namespace
 
-JobRun::JobRun(Store& store, const WorkerOptions& options, Claim claim, const std::atomic<bool>& stop)
+JobRun::JobRun(Store& store, const WorkerOptions& options, Sandbox& sandbox, Claim claim, const std::atomic<bool>& stop)
     : store_(store),
       options_(options),
+      sandbox_(sandbox),
       claim_(std::move(claim)),
       stop_(stop),
-      suffix_(fmt::format("{}.{}", claim_.attempt, kPartial)),
-      next_snapshot_(started_ + options.snapshot_every) {}
+      suffix_(fmt::format("{}.{}", claim_.attempt, kPartial)) {}
 
 void JobRun::run() {
   try {
-    const LeaseKeeper keeper(store_, claim_, options_.lease, context_.cancel);
+    const LeaseKeeper keeper(store_, claim_, options_.lease, taken_away_);
     work();
   } catch (const crease::Error& error) {
-    end_failed(error);
-  } catch (const std::bad_alloc&) {
-    end_failed({code::kMemoryExhausted, "the job needs more memory than its worker may use"});
-  } catch (const std::exception& error) {
-    end_failed({code::kInternal, std::string("the job stopped unexpectedly: ") + error.what()});
+    if (!sandbox_.ended()) sandbox_.kill();
+    if (!is_fault_of_store(error.code())) return end_refused(crease::to_problem(error));
+    log_end(store_.put_back(claim_), "put back");
+    throw;
   }
 }
 
@@ -65,57 +94,110 @@ void JobRun::work() {
   if (!job) return log_end(false, "started");
   job_ = std::move(*job);
   spdlog::info("job {} running: attempt {} by {}", claim_.job_id, claim_.attempt, claim_.owner);
-  timings_.set_queued_seconds(seconds_queued(job_));
   remove_leftovers();
   publish_stage("checking");
-
-  auto input = check_upload();
-  for (const auto& warning : input.warnings) warnings_.push_back(crease::to_message(warning));
-  context_.on_sweep = [&](const crease::SweepView& view) { return on_sweep(input, view); };
-  crease::JobOutput output = crease::run_job(input, crease::to_options(job_.parameters()), context_);
-  if (output.cancelled) return end_early();
-  timings_.set_smooth_seconds(output.facts.seconds);
-  input = {};
-
-  publish_stage("encoding");
-  write_result(std::move(output.result));
-  write_report(output);
-  log_end(store_.succeed(claim_, crease::to_message(output.facts), warnings_), "succeeded");
-  remove_snapshot();
+  start();
+  follow();
+  end(given_up_ ? given_up_ : sandbox_.loss());
 }
 
-crease::CheckedInput JobRun::check_upload() {
-  const auto start = Clock::now();
-  const MappedFile upload(store_.upload_path(claim_.job_id));
-  std::optional<MappedFile> weights;
-  if (const auto file = path(file::kWeights); std::filesystem::exists(file)) weights.emplace(file);
-  auto input = crease::check_input(upload.bytes(), crease::format_from_name(job_.input().format()), options_.limits,
-                                   bytes_of(weights));
-  if (crease::to_message(input).weights_sha256() != job_.input().weights_sha256()) {
-    throw crease::Error(code::kInternal, "the weights of the job are not those that it was submitted with");
+void JobRun::start() {
+  v1::ComputeTask task;
+  *task.mutable_limits() = limits_of(options_);
+  v1::RunTask& run = *task.mutable_run();
+  *run.mutable_job() = job_;
+  run.set_queued_seconds(seconds_queued(job_));
+  run.set_progress_every_ms(static_cast<std::uint32_t>(options_.progress_every.count()));
+  run.set_snapshot_every_ms(static_cast<std::uint32_t>(options_.snapshot_every.count()));
+  run.set_checkpoint_every_ms(static_cast<std::uint32_t>(options_.checkpoint_every.count()));
+  std::vector<Descriptor> files;
+  files.push_back(open_to_read(store_.upload_path(claim_.job_id)));
+  if (const auto weights = path(file::kWeights); std::filesystem::exists(weights)) {
+    task.set_has_weights(true);
+    files.push_back(open_to_read(weights));
   }
-  timings_.set_decode_seconds(seconds_since(start));
-  return input;
+  if (const auto checkpoint = path(file::kCheckpoint); std::filesystem::exists(checkpoint)) {
+    run.set_has_checkpoint(true);
+    files.push_back(open_to_read(checkpoint));
+  }
+  std::vector<int> numbers;
+  for (const Descriptor& file : files) numbers.push_back(file.get());
+  sandbox_.start(task, numbers);
+  for (const auto kind : {v1::RUN_FILE_RESULT, v1::RUN_FILE_REPORT, v1::RUN_FILE_SNAPSHOT, v1::RUN_FILE_CHECKPOINT}) {
+    offer(kind);
+  }
 }
 
-bool JobRun::on_sweep(const crease::CheckedInput& input, const crease::SweepView& view) {
-  if (stop_) return false;
+void JobRun::follow() {
+  while (!sandbox_.ended()) {
+    if (const auto event = sandbox_.next_event(Clock::now() + kLookEvery)) handle(*event);
+    if (Clock::now() >= next_look_) look();
+  }
+}
+
+/// Whether the computation is still wanted.
+void JobRun::look() {
   const auto now = Clock::now();
-  if (now >= next_check_) {
-    if (!is_held()) return false;
-    next_check_ = now + kCheckEvery;
+  next_look_ = now + kLookEvery;
+  if (!stop_by_ && (stop_ || !is_held())) {
+    v1::RunOrder order;
+    order.set_stop(true);
+    sandbox_.order(order);
+    stop_by_ = now + kStopGrace;
   }
-  if (now >= next_progress_ || view.record.sweep == view.sweeps) {
-    publish(crease::to_message(view));
-    next_progress_ = now + options_.progress_every;
+  if (stop_by_ && now >= *stop_by_) return give_up({.what = "did not stop in time and was killed"});
+  if (options_.cpu_seconds > 0 && now - started_ > std::chrono::seconds(kWallTimes * options_.cpu_seconds)) {
+    give_up({.what = fmt::format("took longer than {} s", kWallTimes * options_.cpu_seconds),
+             .code = code::kTimeLimitExceeded,
+             .by_limit = true});
   }
-  if (now >= next_snapshot_) {
-    write_snapshot(input, view);
-    const auto cost = Clock::now() - now;
-    next_snapshot_ =
-        Clock::now() + std::max<Clock::duration>(options_.snapshot_every, cost * kLeastSmoothingPerSnapshot);
+}
+
+void JobRun::give_up(Loss loss) {
+  sandbox_.kill();
+  given_up_ = std::move(loss);
+}
+
+void JobRun::handle(const v1::ComputeEvent& event) {
+  switch (event.event_case()) {
+    case v1::ComputeEvent::kProgress:
+      return publish(event.progress());
+    case v1::ComputeEvent::kComplete:
+      return complete(event.complete());
+    case v1::ComputeEvent::kEnd:
+      end_ = event.end();
+      return;
+    case v1::ComputeEvent::kRefused:
+      refused_ = event.refused();
+      return;
+    default:
+      throw crease::Error(code::kInternal, "the process that computes said what a job has no use for");
   }
-  return true;
+}
+
+/// Gives the computation a fresh file of that kind.
+void JobRun::offer(v1::RunFile kind) {
+  auto& target = files_[kind];
+  target.emplace(path(name_of(kind)), suffix_);
+  v1::RunOrder order;
+  order.set_file(kind);
+  const int number = target->descriptor();
+  sandbox_.order(order, {&number, 1});
+}
+
+void JobRun::complete(v1::RunFile kind) {
+  auto& target = files_[kind];
+  const std::string_view name = name_of(kind);
+  if (!target) throw crease::Error(code::kInternal, fmt::format("{} was complete before", name));
+  try {
+    target->commit(kind != v1::RUN_FILE_SNAPSHOT);
+    target.reset();
+    if (kind == v1::RUN_FILE_CHECKPOINT) store_.note_checkpoint(claim_);
+    if (is_passing(kind)) offer(kind);
+  } catch (const crease::Error& error) {
+    if (!is_passing(kind)) throw;
+    spdlog::warn("job {}: {}", claim_.job_id, error.detail());
+  }
 }
 
 void JobRun::publish(const v1::Progress& progress) {
@@ -133,38 +215,8 @@ void JobRun::publish_stage(std::string_view stage) {
   publish(progress);
 }
 
-void JobRun::write_snapshot(const crease::CheckedInput& input, const crease::SweepView& view) {
-  try {
-    crease::LabelledMesh mesh{{view.positions(), input.mesh.triangles}, input.topology.edges, view.labels(), {}};
-    mesh.dihedral_rad = crease::signed_dihedral_angles(input.mesh, input.topology, mesh.mesh.positions);
-    write_message(path(file::kSnapshot), suffix_, crease::to_message(mesh), false);
-  } catch (const crease::Error& error) {
-    spdlog::warn("job {}: no snapshot: {}", claim_.job_id, error.detail());
-  }
-}
-
-void JobRun::write_result(crease::LabelledMesh result) {
-  const auto start = Clock::now();
-  const v1::LabelledMesh message = crease::to_message(result);
-  result = {};
-  write_message(path(file::kResult), suffix_, message, true);
-  timings_.set_encode_seconds(seconds_since(start));
-}
-
-void JobRun::write_report(const crease::JobOutput& output) {
-  v1::Report report;
-  report.set_id(claim_.job_id);
-  report.set_version(CREASE_VERSION);
-  *report.mutable_input() = job_.input();
-  *report.mutable_parameters() = job_.parameters();
-  *report.mutable_result() = crease::to_message(output.facts);
-  *report.mutable_timings() = timings_;
-  for (const auto& sweep : output.sweeps) *report.add_sweeps() = crease::to_message(sweep);
-  *report.mutable_warnings() = {warnings_.begin(), warnings_.end()};
-  write_message(path(file::kReport), suffix_, report, true);
-}
-
 bool JobRun::is_held() {
+  if (taken_away_) return false;
   try {
     return store_.check(claim_) == Store::Hold::kHeld;
   } catch (const crease::Error& error) {
@@ -173,10 +225,21 @@ bool JobRun::is_held() {
   }
 }
 
+void JobRun::end(const std::optional<Loss>& loss) {
+  if (stop_by_ && (loss || refused_ || !end_ || end_->stopped())) return end_early();
+  if (refused_) return end_refused(*refused_);
+  if (loss) return end_lost(*loss);
+  if (!end_ || files_[v1::RUN_FILE_RESULT] || files_[v1::RUN_FILE_REPORT]) {
+    return end_lost({.what = "ended without a result"});
+  }
+  end_succeeded();
+}
+
 void JobRun::end_early() {
   switch (store_.check(claim_)) {
     case Store::Hold::kCancelRequested:
       log_end(store_.finish_cancelled(claim_), "cancelled");
+      remove(file::kCheckpoint);
       break;
     case Store::Hold::kHeld:
       log_end(store_.put_back(claim_), "put back");
@@ -184,12 +247,35 @@ void JobRun::end_early() {
     case Store::Hold::kLost:
       return log_end(false, "stopped");
   }
-  remove_snapshot();
+  remove(file::kSnapshot);
 }
 
-void JobRun::end_failed(const crease::Error& error) {
-  log_end(store_.fail(claim_, crease::to_problem(error)), fmt::format("failed ({}: {})", error.code(), error.detail()));
-  remove_snapshot();
+void JobRun::end_succeeded() {
+  files_.clear();
+  remove(file::kSnapshot);
+  remove(file::kCheckpoint);
+  const std::vector<v1::Warning> warnings(end_->warnings().begin(), end_->warnings().end());
+  log_end(store_.succeed(claim_, end_->result(), warnings), "succeeded");
+}
+
+void JobRun::end_refused(const v1::Problem& problem) {
+  files_.clear();
+  if (problem.code() == code::kMemoryExhausted) {
+    return end_lost({.what = problem.detail(), .code = code::kMemoryExhausted, .by_limit = true});
+  }
+  if (is_fault_of_store(problem.code())) {
+    log_end(store_.put_back(claim_), "put back");
+    throw crease::Error(problem.code(), problem.detail());
+  }
+  remove(file::kSnapshot);
+  remove(file::kCheckpoint);
+  log_end(store_.fail(claim_, problem), fmt::format("failed ({}: {})", problem.code(), problem.detail()));
+}
+
+void JobRun::end_lost(const Loss& loss) {
+  files_.clear();
+  remove(file::kSnapshot);
+  log_end(store_.lose(claim_, loss), "lost: it " + loss.what);
 }
 
 void JobRun::log_end(bool accepted, std::string_view end) const {
@@ -208,9 +294,9 @@ void JobRun::remove_leftovers() const {
   }
 }
 
-void JobRun::remove_snapshot() const {
+void JobRun::remove(std::string_view name) const {
   std::error_code ignored;
-  std::filesystem::remove(path(file::kSnapshot), ignored);
+  std::filesystem::remove(path(name), ignored);
 }
 
 }  // namespace creased

@@ -3,58 +3,68 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
-#include "core/job.h"
-#include "crease/v1/job.pb.h"
-#include "crease/v1/result.pb.h"
+#include "crease/v1/compute.pb.h"
 #include "server/store/store.h"
+#include "server/worker/sandbox.h"
 #include "server/worker/worker.h"
 
 namespace creased {
 
-/// One attempt of one job, from claim to end.
+/// One attempt of one job, from claim to end: what the confined process computes, brought to the store.
 class JobRun {
  public:
-  JobRun(Store& store, const WorkerOptions& options, Claim claim, const std::atomic<bool>& stop);
+  JobRun(Store& store, const WorkerOptions& options, Sandbox& sandbox, Claim claim, const std::atomic<bool>& stop);
 
-  /// Ends the claim in the store in one of its four ways, or leaves a job that was taken away.
-  /// \throw Error store_unavailable when the store cannot be told; the lease then runs out
+  /// Ends the claim in the store in one of its ways, or leaves a job that was taken away.
+  /// \throw Error store_unavailable, storage_full when the job had to be put back for want of the store or the disk, or
+  /// the store cannot be told; the lease then runs out
   void run();
 
  private:
   using Clock = std::chrono::steady_clock;
 
   void work();
-  crease::CheckedInput check_upload();
-  bool on_sweep(const crease::CheckedInput& input, const crease::SweepView& view);
+  void start();
+  void follow();
+  void look();
+  void give_up(Loss loss);
+  void handle(const crease::v1::ComputeEvent& event);
+  void offer(crease::v1::RunFile file);
+  void complete(crease::v1::RunFile file);
   void publish(const crease::v1::Progress& progress);
   void publish_stage(std::string_view stage);
-  void write_snapshot(const crease::CheckedInput& input, const crease::SweepView& view);
-  void write_result(crease::LabelledMesh result);
-  void write_report(const crease::JobOutput& output);
-
   bool is_held();
+
+  void end(const std::optional<Loss>& loss);
   void end_early();
-  void end_failed(const crease::Error& error);
+  void end_succeeded();
+  void end_refused(const crease::v1::Problem& problem);
+  void end_lost(const Loss& loss);
   void log_end(bool accepted, std::string_view end) const;
 
   std::filesystem::path path(std::string_view name) const { return store_.file_path(claim_.job_id, name); }
   void remove_leftovers() const;
-  void remove_snapshot() const;
+  void remove(std::string_view name) const;
 
   Store& store_;
   const WorkerOptions& options_;
+  Sandbox& sandbox_;
   const Claim claim_;
   const std::atomic<bool>& stop_;
   const std::string suffix_;  // of files that are being written: no other attempt writes the same
   crease::v1::Job job_;
-  crease::v1::Timings timings_;
-  std::vector<crease::v1::Warning> warnings_;
-  crease::RunContext context_;
-  Clock::time_point started_ = Clock::now();
-  Clock::time_point next_check_, next_progress_, next_snapshot_;
+  std::atomic<bool> taken_away_{false};
+  std::map<crease::v1::RunFile, std::optional<ReplacingFile>> files_;
+  Clock::time_point started_ = Clock::now(), next_look_ = started_;
+  std::optional<Clock::time_point> stop_by_;  // once the computation was told to stop
+  std::optional<Loss> given_up_;              // why it was killed
+  std::optional<crease::v1::RunEnd> end_;
+  std::optional<crease::v1::Problem> refused_;
 };
 
 }  // namespace creased

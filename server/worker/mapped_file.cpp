@@ -1,26 +1,23 @@
 #include "server/worker/mapped_file.h"
 
-#include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 
 #include <cerrno>
 #include <new>
 
-#include "server/store/durable_file.h"
 #include "server/store/failure.h"
 
 namespace creased {
 
-MappedFile::MappedFile(const std::filesystem::path& path) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+MappedFile::MappedFile(int file) {
   struct stat status {};
-  if (!file.open() || ::fstat(file.get(), &status) != 0) throw file_failure("read", path);
+  if (::fstat(file, &status) != 0) throw file_failure("read", "a file of the task");
   if (status.st_size == 0) return;
   const auto size = static_cast<std::size_t>(status.st_size);
-  void* mapping = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.get(), 0);
+  void* mapping = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0);
   if (mapping == MAP_FAILED && errno == ENOMEM) throw std::bad_alloc();
-  if (mapping == MAP_FAILED) throw file_failure("map", path);
+  if (mapping == MAP_FAILED) throw file_failure("map", "a file of the task");
   ::madvise(mapping, size, MADV_SEQUENTIAL);
   bytes_ = {static_cast<const char*>(mapping), size};
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string_view>
 
@@ -9,8 +8,9 @@ namespace creased {
 /// The bytes of a file, read through the page cache as they are touched: they count for nobody's heap.
 class MappedFile {
  public:
+  /// Of an open descriptor, which may be closed at once.
   /// \throw Error store_unavailable; std::bad_alloc when the address space is too small for it
-  explicit MappedFile(const std::filesystem::path& path);
+  explicit MappedFile(int file);
   ~MappedFile();
   MappedFile(const MappedFile&) = delete;
   MappedFile& operator=(const MappedFile&) = delete;

@@ -42,10 +42,8 @@ std::chrono::milliseconds next_pause(const Post& post, Clock::time_point now) {
 class Supervisor::Impl {
  public:
   explicit Impl(const Options& options)
-      : child_{.executable = options.executable,
-               .arguments = options.arguments,
-               .memory_limit_mb = options.memory_limit_mb,
-               .standard_streams = -1},
+      : child_{.executable = options.executable, .arguments = options.arguments, .standard_streams = -1},
+        on_end_(options.on_end),
         posts_(options.processes),
         wake_(::eventfd(0, EFD_CLOEXEC)) {
     if (!wake_.open()) throw crease::Error(code::kInternal, "cannot make an event: " + errno_text(errno));
@@ -108,8 +106,10 @@ class Supervisor::Impl {
     if (post.child && post.child->ended()) {
       post.pause = next_pause(post, now);
       post.start_at = now + post.pause;
-      spdlog::warn("worker process {} {}; another one starts in {} ms", post.child->id(), post.child->wait(),
-                   post.pause.count());
+      const int process = post.child->id();
+      const std::string what = post.child->wait();
+      spdlog::warn("worker process {} {}; another one starts in {} ms", process, what, post.pause.count());
+      if (on_end_) on_end_(process, what);
       const std::lock_guard lock(mutex_);
       post.child.reset();
     }
@@ -161,6 +161,7 @@ class Supervisor::Impl {
   }
 
   ChildOptions child_;
+  std::function<void(int, const std::string&)> on_end_;
   mutable std::mutex mutex_;  // of the posts' children: the thread changes them, others look
   std::vector<Post> posts_;
   Descriptor wake_;

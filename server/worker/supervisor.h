@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -16,7 +17,8 @@ class Supervisor {
     std::filesystem::path executable;    ///< creased itself
     std::vector<std::string> arguments;  ///< "worker", "--data-dir", …
     std::size_t processes = 1;
-    std::size_t memory_limit_mb = 0;  ///< address space of a worker; 0: no limit
+    /// Told of every worker that has ended: its process, and what became of it.
+    std::function<void(int process, const std::string& what)> on_end = {};
   };
   /// \throw crease::Error internal when the executable cannot be started
   explicit Supervisor(const Options& options);

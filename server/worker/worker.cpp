@@ -1,13 +1,17 @@
 #include "server/worker/worker.h"
 
-#include <malloc.h>
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <climits>
+#include <optional>
 #include <thread>
 
 #include "core/error.h"
 #include "server/worker/job_run.h"
+#include "server/worker/sandbox.h"
 
 namespace creased {
 namespace {
@@ -15,21 +19,29 @@ namespace {
 constexpr std::chrono::milliseconds kLongestPause{2'000};
 
 /// True: there was a job.
-bool run_next(Store& store, const WorkerOptions& options, const std::atomic<bool>& stop) {
+bool run_next(Store& store, const WorkerOptions& options, std::optional<Sandbox>& sandbox,
+              const std::atomic<bool>& stop) {
+  if (!sandbox || !sandbox->alive()) sandbox.emplace(options.executable);
   auto claim = store.claim(options.name, options.lease);
   if (!claim) return false;
-  JobRun(store, options, std::move(*claim), stop).run();
-  ::malloc_trim(0);
+  JobRun(store, options, *sandbox, std::move(*claim), stop).run();
   return true;
 }
 
 }  // namespace
 
+std::string worker_name(int process) {
+  std::string host(HOST_NAME_MAX + 1, '\0');
+  ::gethostname(host.data(), host.size() - 1);
+  return fmt::format("{}-{}", host.substr(0, host.find('\0')), process);
+}
+
 int run_worker(Store& store, const WorkerOptions& options, const std::atomic<bool>& stop) {
   auto pause = options.poll;
+  std::optional<Sandbox> sandbox;
   while (!stop) {
     try {
-      if (run_next(store, options, stop)) continue;
+      if (run_next(store, options, sandbox, stop)) continue;
       pause = options.poll;
     } catch (const crease::Error& error) {
       spdlog::error("worker {}: {}", options.name, error.detail());

@@ -16,6 +16,7 @@
 #include "proto/convert.h"
 #include "server/store/durable_file.h"
 #include "server/store/failure.h"
+#include "server/worker/sanitized.h"
 #include "tests/support/meshes.h"
 #include "tests/support/server_process.h"
 #include "tests/support/store_support.h"
@@ -28,23 +29,16 @@ using crease::test::eventually;
 using crease::test::obj_text;
 using testing::HasSubstr;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
-
 class InspectorTest : public testing::Test {
  protected:
   fs::path write(const std::string& name, const std::string& bytes) const {
     std::ofstream(folder_.path() / name, std::ios::binary) << bytes;
     return folder_.path() / name;
   }
-  /// Nobody ever writes to it: a child waits for ever to open it.
-  fs::path endless_upload() const {
-    const fs::path path = folder_.path() / "endless.obj";
-    EXPECT_EQ(::mkfifo(path.c_str(), 0600), 0);
-    return path;
+  /// Takes seconds to check.
+  fs::path slow_upload() const {
+    static const std::string text = obj_text(crease::test::grid(800, 800));
+    return write("slow.obj", text);
   }
   static Inspector::Options options() {
     Inspector::Options options;
@@ -161,8 +155,8 @@ TEST_F(InspectorTest, AnUploadThatKillsItsChildFailsAloneAndTheNextIsServed) {
   auto single = options();
   single.processes = 1;
   Inspector inspector(single);
-  const fs::path endless = endless_upload(), upload = write("cube.obj", obj_text(crease::test::cube(1)));
-  auto failed = std::async(std::launch::async, [&] { return refusal(inspector, endless); });
+  const fs::path slow = slow_upload(), upload = write("cube.obj", obj_text(crease::test::cube(1)));
+  auto failed = std::async(std::launch::async, [&] { return refusal(inspector, slow); });
   // Children that die before they are asked are replaced unseen: sooner or later one is busy with the upload.
   EXPECT_TRUE(eventually([&] {
     for (const int process : inspector.process_ids()) ::kill(process, SIGKILL);
@@ -181,7 +175,7 @@ TEST_F(InspectorTest, AnUploadThatTakesTooLongIsGivenUpAndTheNextIsServed) {
   ASSERT_EQ(first.inspect(write("cube.obj", obj_text(crease::test::cube(1))), "", "").facts.faces(), 12U);
   hasty.timeout = std::chrono::milliseconds(50);
   Inspector inspector(hasty);
-  const auto error = refusal(inspector, endless_upload());
+  const auto error = refusal(inspector, slow_upload());
   EXPECT_EQ(error.code(), code::kInspectionFailed);
   EXPECT_THAT(error.detail(), HasSubstr("longer than 50 ms"));
   EXPECT_TRUE(eventually(
@@ -197,8 +191,8 @@ TEST_F(InspectorTest, AnUploadThatNeedsTooMuchMemoryFailsAndTheNextIsServed) {
   const fs::path huge = write("huge.obj", "v 0 0 0\n");
   fs::resize_file(huge, std::uintmax_t{1} << 32U);  // sparse
   const auto error = refusal(inspector, huge);
-  EXPECT_EQ(error.code(), code::kInspectionFailed);
-  EXPECT_THAT(error.detail(), HasSubstr("memory"));
+  EXPECT_EQ(error.code(), code::kMemoryExhausted);
+  EXPECT_THAT(error.detail(), HasSubstr("512 MiB of memory"));
   EXPECT_EQ(inspector.inspect(write("cube.obj", obj_text(crease::test::cube(1))), "", "").facts.faces(), 12U);
 }
 

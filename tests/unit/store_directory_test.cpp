@@ -81,7 +81,7 @@ TEST_F(StoreTest, ADatabaseOfALaterVersionIsLeftAlone) {
   const fs::path path = folder_.path() / "data" / "creased.db";
   SQLite::Database(path.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 99");
   EXPECT_EQ(error_code([this] { open(); }), code::kStoreUnavailable);
-  SQLite::Database(path.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 1");
+  SQLite::Database(path.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 2");
   EXPECT_EQ(state("abc"), "queued");
 }
 

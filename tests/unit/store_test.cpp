@@ -174,20 +174,6 @@ TEST_F(StoreTest, ARenewedLeaseHolds) {
   EXPECT_EQ(store().check(claim), Hold::kHeld);
 }
 
-TEST_F(StoreTest, AJobOutOfAttemptsFailsAndSaysHowOftenItWasTried) {
-  submit("abc");
-  for (std::uint32_t attempt = 1; attempt <= 3; ++attempt) {
-    EXPECT_EQ(store().claim("w", kOver).value().attempt, attempt);
-  }
-  EXPECT_FALSE(store().claim("w", kLong));
-  const v1::Job job = store().find("abc").value();
-  EXPECT_EQ(job.state(), "failed");
-  EXPECT_EQ(job.attempt(), 3U);
-  EXPECT_EQ(job.error().code(), code::kWorkerLost);
-  EXPECT_THAT(job.error().detail(), HasSubstr("3 attempts"));
-  EXPECT_TRUE(job.has_finished_at());
-}
-
 TEST_F(StoreTest, AJobThatIsPutBackKeepsItsPlaceAndItsAttempts) {
   submit("a");
   submit("b");

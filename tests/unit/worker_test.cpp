@@ -41,11 +41,13 @@ v1::Parameters sweeps(std::uint32_t count) {
 WorkerOptions quick(const std::string& name) {
   using std::chrono::milliseconds;
   WorkerOptions options;
+  options.executable = CREASED_BIN;
   options.name = name;
   options.lease = milliseconds(300);
   options.poll = milliseconds(1);
   options.progress_every = milliseconds(1);
   options.snapshot_every = milliseconds(5);
+  options.checkpoint_every = milliseconds(5);
   return options;
 }
 

@@ -1,0 +1,122 @@
+#include <spdlog/spdlog.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <new>
+#include <vector>
+
+#include "proto/convert.h"
+#include "proto/error_table.h"
+#include "server/worker/channel.h"
+#include "server/worker/compute_run.h"
+#include "server/worker/confinement.h"
+#include "server/worker/mapped_file.h"
+#include "server/worker/sandbox.h"
+
+namespace creased {
+namespace v1 = crease::v1;
+namespace {
+
+constexpr int kTasks = STDIN_FILENO;
+
+std::optional<crease::MeshFormat> requested_format(const v1::InspectTask& task) {
+  if (task.format().empty()) return crease::format_from_filename(task.name());
+  const auto format = crease::format_from_name(task.format());
+  if (!format) throw crease::Error(crease::code::kMeshFormatUnknown, "there is no format '" + task.format() + "'");
+  return format;
+}
+
+void inspect(const v1::ComputeTask& task, const TaskFiles& files) {
+  const MappedFile upload(files.upload);
+  std::optional<MappedFile> weights;
+  if (files.weights >= 0) weights.emplace(files.weights);
+  const auto input =
+      crease::check_input(upload.bytes(), requested_format(task.inspect()), files.limits, bytes_of(weights));
+  v1::ComputeEvent event;
+  *event.mutable_inspected()->mutable_facts() = crease::to_message(input);
+  for (const auto& warning : input.warnings) *event.mutable_inspected()->add_warnings() = crease::to_message(warning);
+  send_message(files.channel, event);
+}
+
+void refuse(int channel, const crease::Error& error) {
+  v1::ComputeEvent event;
+  *event.mutable_refused() = crease::to_problem(error);
+  send_message(channel, event);
+}
+
+void compute(const v1::ComputeTask& task, const TaskFiles& files) {
+  try {
+    task.has_run() ? run(task.run(), files) : inspect(task, files);
+  } catch (const crease::Error& error) {
+    refuse(files.channel, error);
+  } catch (const std::bad_alloc&) {
+    refuse(files.channel, {code::kMemoryExhausted,
+                           fmt::format("needed more than {} MiB of memory", task.limits().memory_bytes() >> 20U)});
+  } catch (const std::exception& error) {
+    refuse(files.channel, {code::kInternal, std::string("the computation failed: ") + error.what()});
+  }
+}
+
+TaskFiles task_files(const v1::ComputeTask& task, const std::vector<Descriptor>& received) {
+  TaskFiles files;
+  files.limits = {static_cast<std::size_t>(task.limits().max_vertices()),
+                  static_cast<std::size_t>(task.limits().max_faces())};
+  std::size_t next = 0;
+  const auto take = [&](bool expected) { return expected && next < received.size() ? received[next++].get() : -1; };
+  files.channel = take(true);
+  files.upload = take(true);
+  files.weights = take(task.has_weights());
+  files.checkpoint = take(task.run().has_checkpoint());
+  return files;
+}
+
+/// In the process of the task: confined before the first byte of the upload is looked at.
+[[noreturn]] void run_task(const v1::ComputeTask& task, const std::vector<Descriptor>& received,
+                           const Confinement& confinement, pid_t parent) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (::getppid() != parent) ::_exit(1);
+  ::close(STDIN_FILENO);
+  ::close(STDOUT_FILENO);
+  const TaskFiles files = task_files(task, received);
+  try {
+    confinement.enter(task.limits());
+  } catch (const crease::Error& error) {
+    refuse(files.channel, error);
+    ::_exit(0);
+  }
+  compute(task, files);
+  ::_exit(0);
+}
+
+v1::ComputeExit exit_of(pid_t task) {
+  int status = 0;
+  while (::waitpid(task, &status, 0) < 0 && errno == EINTR) {
+  }
+  v1::ComputeExit exit;
+  if (WIFSIGNALED(status)) exit.set_signal(WTERMSIG(status));
+  if (WIFEXITED(status)) exit.set_code(WEXITSTATUS(status));
+  return exit;
+}
+
+}  // namespace
+
+int run_compute() {
+  const Confinement confinement;
+  const pid_t self = ::getpid();
+  v1::ComputeTask task;
+  std::vector<Descriptor> files;
+  while (receive_message(kTasks, task, std::nullopt, &files) == Receipt::kMessage) {
+    const pid_t child = ::fork();
+    if (child == 0) run_task(task, files, confinement, self);
+    if (child < 0) {
+      refuse(files.front().get(), {code::kInternal, "cannot start a process: " + errno_text(errno)});
+    }
+    files.clear();
+    if (!send_message(kTasks, child < 0 ? v1::ComputeExit() : exit_of(child))) break;
+  }
+  return 0;
+}
+
+}  // namespace creased

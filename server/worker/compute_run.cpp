@@ -1,0 +1,268 @@
+#include "server/worker/compute_run.h"
+
+#include <fmt/format.h>
+#include <google/protobuf/io/zero_copy_stream_impl.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/job.h"
+#include "core/smooth/state_archive.h"
+#include "crease/v1/result.pb.h"
+#include "proto/convert.h"
+#include "proto/parameter_table.h"
+#include "server/store/failure.h"
+#include "server/worker/channel.h"
+#include "server/worker/checkpoint_file.h"
+#include "server/worker/mapped_file.h"
+
+namespace creased {
+namespace v1 = crease::v1;
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+// Files of a large mesh may not take more than this part of the time of smoothing.
+constexpr int kLeastSmoothingPerFile = 20;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// When something that is done now and then is due again.
+class Timer {
+ public:
+  explicit Timer(std::uint32_t every_ms) : every_(every_ms), next_(Clock::now() + every_) {}
+
+  bool due() const { return Clock::now() >= next_; }
+  template <class Work>
+  void run(const Work& work) {
+    const auto start = Clock::now();
+    work();
+    const auto end = Clock::now();
+    next_ = end + std::max<Clock::duration>(every_, (end - start) * kLeastSmoothingPerFile);
+  }
+
+ private:
+  Clock::duration every_;
+  Clock::time_point next_;
+};
+
+crease::Error write_failure(int number) {
+  return {number == ENOSPC || number == EDQUOT ? code::kStorageFull : code::kStoreUnavailable,
+          "a file of the job cannot be written: " + errno_text(number)};
+}
+
+void write_message(int file, const google::protobuf::MessageLite& message) {
+  constexpr int kBlockBytes = 1 << 20;
+  google::protobuf::io::FileOutputStream stream(file, kBlockBytes);
+  if (!message.SerializeToZeroCopyStream(&stream) || !stream.Flush()) throw write_failure(stream.GetErrno());
+}
+
+void write_bytes(int file, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(file, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) throw write_failure(errno);
+    bytes.remove_prefix(static_cast<std::size_t>(count));
+  }
+}
+
+class JobComputation {
+ public:
+  JobComputation(const v1::RunTask& task, const TaskFiles& files)
+      : task_(task),
+        files_(files),
+        progress_(task.progress_every_ms()),
+        snapshot_(task.snapshot_every_ms()),
+        checkpoint_(task.checkpoint_every_ms()) {}
+
+  void run() {
+    const crease::CheckedInput input = check_upload();
+    crease::RunContext context;
+    context.on_sweep = [&](const crease::SweepView& view) { return on_sweep(input, view); };
+    crease::JobOutput output = smooth(input, context);
+    if (output.cancelled) return send_stopped();
+    timings_.set_smooth_seconds(output.facts.seconds);
+    v1::Progress encoding = last_progress_;
+    encoding.set_stage("encoding");
+    send_progress(encoding);
+    write_result(std::move(output.result));
+    write_report(output);
+    send_end(output.facts);
+  }
+
+ private:
+  crease::CheckedInput check_upload() {
+    const auto start = Clock::now();
+    const MappedFile upload(files_.upload);
+    std::optional<MappedFile> weights;
+    if (files_.weights >= 0) weights.emplace(files_.weights);
+    auto input = crease::check_input(upload.bytes(), crease::format_from_name(task_.job().input().format()),
+                                     files_.limits, bytes_of(weights));
+    if (crease::to_message(input).weights_sha256() != task_.job().input().weights_sha256()) {
+      throw crease::Error(code::kInternal, "the weights of the job are not those that it was submitted with");
+    }
+    for (const auto& warning : input.warnings) warnings_.push_back(crease::to_message(warning));
+    timings_.set_decode_seconds(seconds_since(start));
+    return input;
+  }
+
+  /// From the checkpoint where there is a good one, otherwise from the start.
+  crease::JobOutput smooth(const crease::CheckedInput& input, crease::RunContext& context) {
+    const crease::SmoothOptions options = crease::to_options(task_.job().parameters());
+    if (files_.checkpoint >= 0) {
+      try {
+        const MappedFile file(files_.checkpoint);
+        context.checkpoint = open_checkpoint(file.bytes());
+        return crease::run_job(input, options, context);
+      } catch (const crease::CheckpointError& error) {
+        spdlog::warn("job {}: {}; it starts anew", task_.job().id(), error.what());
+        context.checkpoint = {};
+      }
+    }
+    return crease::run_job(input, options, context);
+  }
+
+  bool on_sweep(const crease::CheckedInput& input, const crease::SweepView& view) {
+    take_orders();
+    if (stop_) {
+      if (view.checkpoint) write_checkpoint(view);
+      return false;
+    }
+    if (progress_.due() || view.record.sweep == view.sweeps) {
+      progress_.run([&] { send_progress(crease::to_message(view)); });
+    }
+    if (snapshot_.due()) snapshot_.run([&] { write_snapshot(input, view); });
+    if (view.checkpoint && checkpoint_.due()) checkpoint_.run([&] { write_checkpoint(view); });
+    return true;
+  }
+
+  void take_orders() {
+    while (take_order(Clock::now()) == Receipt::kMessage) {
+    }
+  }
+
+  Receipt take_order(std::optional<Clock::time_point> deadline) {
+    v1::RunOrder order;
+    std::vector<Descriptor> received;
+    const Receipt receipt = receive_message(files_.channel, order, deadline, &received);
+    if (receipt == Receipt::kEnded) ::_exit(0);  // nobody wants the result any more
+    if (receipt != Receipt::kMessage) return receipt;
+    stop_ = stop_ || order.stop();
+    if (!received.empty()) outputs_[order.file()] = std::move(received.front());
+    return receipt;
+  }
+
+  /// Where the file goes; the worker has sent it before, or is about to.
+  Descriptor output(v1::RunFile file) {
+    while (!outputs_[file].open()) take_order(std::nullopt);
+    return std::exchange(outputs_[file], Descriptor());
+  }
+
+  void send(const v1::ComputeEvent& event) {
+    if (!send_message(files_.channel, event)) ::_exit(0);
+  }
+
+  void send_progress(const v1::Progress& progress) {
+    last_progress_ = progress;
+    v1::ComputeEvent event;
+    *event.mutable_progress() = progress;
+    send(event);
+  }
+
+  void send_complete(v1::RunFile file) {
+    v1::ComputeEvent event;
+    event.set_complete(file);
+    send(event);
+  }
+
+  void send_stopped() {
+    v1::ComputeEvent event;
+    event.mutable_end()->set_stopped(true);
+    send(event);
+  }
+
+  void send_end(const crease::ResultFacts& facts) {
+    v1::ComputeEvent event;
+    *event.mutable_end()->mutable_result() = crease::to_message(facts);
+    *event.mutable_end()->mutable_warnings() = {warnings_.begin(), warnings_.end()};
+    send(event);
+  }
+
+  // A snapshot or checkpoint that cannot be written costs the next attempt time, not this one its result.
+  template <class Write>
+  void write_passing(v1::RunFile file, const Write& write) {
+    take_orders();
+    if (!outputs_[file].open()) return;  // the worker still has to do with the last one
+    try {
+      const Descriptor target = output(file);
+      write(target.get());
+      send_complete(file);
+    } catch (const crease::Error& error) {
+      spdlog::warn("job {}: {}", task_.job().id(), error.detail());
+    }
+  }
+
+  void write_snapshot(const crease::CheckedInput& input, const crease::SweepView& view) {
+    write_passing(v1::RUN_FILE_SNAPSHOT, [&](int file) {
+      crease::LabelledMesh mesh{{view.positions(), input.mesh.triangles}, input.topology.edges, view.labels(), {}};
+      mesh.dihedral_rad = crease::signed_dihedral_angles(input.mesh, input.topology, mesh.mesh.positions);
+      write_message(file, crease::to_message(mesh));
+    });
+  }
+
+  void write_checkpoint(const crease::SweepView& view) {
+    write_passing(v1::RUN_FILE_CHECKPOINT, [&](int file) {
+      const std::string state = view.checkpoint();
+      write_bytes(file, checkpoint_head(state));
+      write_bytes(file, state);
+    });
+  }
+
+  void write_result(crease::LabelledMesh result) {
+    const auto start = Clock::now();
+    const v1::LabelledMesh message = crease::to_message(result);
+    result = {};
+    write_message(output(v1::RUN_FILE_RESULT).get(), message);
+    send_complete(v1::RUN_FILE_RESULT);
+    timings_.set_encode_seconds(seconds_since(start));
+  }
+
+  void write_report(const crease::JobOutput& output_of_job) {
+    v1::Report report;
+    report.set_id(task_.job().id());
+    report.set_version(CREASE_VERSION);
+    *report.mutable_input() = task_.job().input();
+    *report.mutable_parameters() = task_.job().parameters();
+    *report.mutable_result() = crease::to_message(output_of_job.facts);
+    *report.mutable_timings() = timings_;
+    report.mutable_timings()->set_queued_seconds(task_.queued_seconds());
+    for (const auto& sweep : output_of_job.sweeps) *report.add_sweeps() = crease::to_message(sweep);
+    *report.mutable_warnings() = {warnings_.begin(), warnings_.end()};
+    write_message(output(v1::RUN_FILE_REPORT).get(), report);
+    send_complete(v1::RUN_FILE_REPORT);
+  }
+
+  const v1::RunTask& task_;
+  const TaskFiles& files_;
+  std::map<v1::RunFile, Descriptor> outputs_;
+  Timer progress_, snapshot_, checkpoint_;
+  bool stop_ = false;
+  v1::Progress last_progress_;
+  v1::Timings timings_;
+  std::vector<v1::Warning> warnings_;
+};
+
+}  // namespace
+
+void run(const v1::RunTask& task, const TaskFiles& files) { JobComputation(task, files).run(); }
+
+}  // namespace creased

@@ -1,0 +1,172 @@
+#include "server/worker/confinement.h"
+
+#include <fcntl.h>
+#include <linux/seccomp.h>
+#include <sched.h>
+#include <seccomp.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <memory>
+#include <string_view>
+
+#include "core/error.h"
+#include "server/store/durable_file.h"
+#include "server/store/failure.h"
+#include "server/worker/sanitized.h"
+
+namespace creased {
+namespace {
+
+using Filter = std::unique_ptr<void, decltype(&::seccomp_release)>;
+
+crease::Error failure(std::string_view what, int number) {
+  return {code::kInternal, "cannot confine the process (" + std::string(what) + "): " + errno_text(number)};
+}
+
+void check(int result, std::string_view what) {
+  if (result < 0) throw failure(what, -result);
+}
+
+template <class... Condition>
+void rule(const Filter& filter, std::uint32_t action, int call, Condition... condition) {
+  check(::seccomp_rule_add(filter.get(), action, call, sizeof...(condition), condition...), "rule");
+}
+
+void allow_computing(const Filter& filter) {
+  for (const int call : {SCMP_SYS(read),
+                         SCMP_SYS(write),
+                         SCMP_SYS(readv),
+                         SCMP_SYS(writev),
+                         SCMP_SYS(pread64),
+                         SCMP_SYS(pwrite64),
+                         SCMP_SYS(lseek),
+                         SCMP_SYS(fstat),
+                         SCMP_SYS(ftruncate),
+                         SCMP_SYS(close),
+                         SCMP_SYS(recvmsg),
+                         SCMP_SYS(sendmsg),
+                         SCMP_SYS(poll),
+                         SCMP_SYS(ppoll),
+                         SCMP_SYS(mmap),
+                         SCMP_SYS(munmap),
+                         SCMP_SYS(mremap),
+                         SCMP_SYS(mprotect),
+                         SCMP_SYS(madvise),
+                         SCMP_SYS(brk),
+                         SCMP_SYS(futex),
+                         SCMP_SYS(set_robust_list),
+                         SCMP_SYS(rseq),
+                         SCMP_SYS(sched_yield),
+                         SCMP_SYS(sched_getaffinity),
+                         SCMP_SYS(getcpu),
+                         SCMP_SYS(membarrier),
+                         SCMP_SYS(exit),
+                         SCMP_SYS(exit_group),
+                         SCMP_SYS(rt_sigaction),
+                         SCMP_SYS(rt_sigprocmask),
+                         SCMP_SYS(rt_sigreturn),
+                         SCMP_SYS(sigaltstack),
+                         SCMP_SYS(restart_syscall),
+                         SCMP_SYS(clock_gettime),
+                         SCMP_SYS(clock_nanosleep),
+                         SCMP_SYS(gettimeofday),
+                         SCMP_SYS(time),
+                         SCMP_SYS(getpid),
+                         SCMP_SYS(gettid),
+                         SCMP_SYS(getrandom),
+                         SCMP_SYS(sysinfo),
+                         SCMP_SYS(uname)}) {
+    rule(filter, SCMP_ACT_ALLOW, call);
+  }
+  // A thread, not a process; clone3 keeps its flags where no filter sees them, so it is as if the kernel had none.
+  rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(clone), SCMP_A0(SCMP_CMP_MASKED_EQ, CLONE_THREAD, CLONE_THREAD));
+  rule(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3));
+  // fstat() of newer libraries; of a path it would tell of foreign files.
+  rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(newfstatat), SCMP_A3(SCMP_CMP_EQ, AT_EMPTY_PATH));
+  // Limits may be read.
+  rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(prlimit64), SCMP_A2(SCMP_CMP_EQ, 0));
+  // abort() and raise().
+  rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(tgkill), SCMP_A2(SCMP_CMP_EQ, SIGABRT));
+}
+
+/// What nobody does by mistake ends the process.
+void kill_for_escaping(const Filter& filter) {
+  for (const int call : {SCMP_SYS(execve),
+                         SCMP_SYS(execveat),
+                         SCMP_SYS(fork),
+                         SCMP_SYS(vfork),
+                         SCMP_SYS(ptrace),
+                         SCMP_SYS(socket),
+                         SCMP_SYS(connect),
+                         SCMP_SYS(bind),
+                         SCMP_SYS(listen),
+                         SCMP_SYS(accept),
+                         SCMP_SYS(accept4),
+                         SCMP_SYS(mount),
+                         SCMP_SYS(setns),
+                         SCMP_SYS(unshare),
+                         SCMP_SYS(bpf),
+                         SCMP_SYS(process_vm_readv),
+                         SCMP_SYS(process_vm_writev),
+                         SCMP_SYS(keyctl),
+                         SCMP_SYS(io_uring_setup),
+                         SCMP_SYS(userfaultfd),
+                         SCMP_SYS(kill)}) {
+    rule(filter, SCMP_ACT_KILL_PROCESS, call);
+  }
+}
+
+std::vector<sock_filter> compiled(const Filter& filter) {
+  const Descriptor file(static_cast<int>(::syscall(SYS_memfd_create, "filter", MFD_CLOEXEC)));
+  if (!file.open()) throw failure("memory file", errno);
+  check(::seccomp_export_bpf(filter.get(), file.get()), "export");
+  struct stat status {};
+  if (::fstat(file.get(), &status) != 0) throw failure("size", errno);
+  std::vector<sock_filter> program(static_cast<std::size_t>(status.st_size) / sizeof(sock_filter));
+  const std::size_t bytes = program.size() * sizeof(sock_filter);
+  if (::pread(file.get(), program.data(), bytes, 0) != static_cast<ssize_t>(bytes)) throw failure("read", errno);
+  return program;
+}
+
+void limit(__rlimit_resource resource, rlim_t soft, rlim_t hard) {
+  const rlimit value{soft, hard};
+  if (::setrlimit(resource, &value) != 0) throw failure("limit", errno);
+}
+
+void limit(__rlimit_resource resource, rlim_t value) { limit(resource, value, value); }
+
+}  // namespace
+
+Confinement::Confinement() {
+  if (kSanitized) return;
+  const Filter filter(::seccomp_init(SCMP_ACT_ERRNO(EPERM)), &::seccomp_release);
+  if (filter == nullptr) throw failure("filter", ENOMEM);
+  allow_computing(filter);
+  kill_for_escaping(filter);
+  program_ = compiled(filter);
+}
+
+void Confinement::enter(const crease::v1::ComputeLimits& limits) const {
+  constexpr rlim_t kDescriptors = 32;
+  ::signal(SIGXFSZ, SIG_IGN);  // a file over its limit is an error of write()
+  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_NOFILE, kDescriptors);
+  if (limits.file_bytes() > 0) limit(RLIMIT_FSIZE, limits.file_bytes());
+  if (limits.cpu_seconds() > 0) limit(RLIMIT_CPU, limits.cpu_seconds(), limits.cpu_seconds() + 1);
+  if (limits.memory_bytes() > 0 && !kSanitized) limit(RLIMIT_AS, limits.memory_bytes());
+  if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) throw failure("no new privileges", errno);
+  if (::prctl(PR_SET_DUMPABLE, 0, 0, 0, 0) != 0) throw failure("no inspection by others", errno);
+  if (program_.empty()) return;
+  // The kernel only reads the program.
+  const sock_fprog program{static_cast<unsigned short>(program_.size()), const_cast<sock_filter*>(program_.data())};
+  if (::syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, 0, &program) != 0) throw failure("filter", errno);
+}
+
+}  // namespace creased

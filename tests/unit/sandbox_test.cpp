@@ -1,0 +1,298 @@
+#include "server/worker/sandbox.h"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <netinet/in.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/ptrace.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <fstream>
+#include <thread>
+
+#include "proto/parameter_table.h"
+#include "server/store/failure.h"
+#include "server/worker/channel.h"
+#include "server/worker/confinement.h"
+#include "server/worker/sanitized.h"
+#include "tests/support/meshes.h"
+#include "tests/support/server_process.h"
+#include "tests/support/store_support.h"
+
+namespace creased {
+namespace {
+
+namespace fs = std::filesystem;
+namespace v1 = crease::v1;
+using crease::test::eventually;
+using crease::test::fork_process;
+using crease::test::obj_text;
+using crease::test::wait_for_process;
+using testing::HasSubstr;
+
+constexpr std::uint64_t kMiB = 1U << 20U;
+
+v1::ComputeLimits limits(std::uint64_t memory_bytes = 0, std::uint64_t cpu_seconds = 0, std::uint64_t file_bytes = 0) {
+  v1::ComputeLimits all;
+  all.set_memory_bytes(memory_bytes);
+  all.set_cpu_seconds(cpu_seconds);
+  all.set_file_bytes(file_bytes);
+  return all;
+}
+
+/// The wait status of a confined process that does `work` and ends with what that returns.
+int confined(const v1::ComputeLimits& under, const std::function<int()>& work) {
+  const Confinement confinement;
+  return wait_for_process(fork_process([&] {
+    confinement.enter(under);
+    return work();
+  }));
+}
+
+bool killed(int status, int signal) { return WIFSIGNALED(status) && WTERMSIG(status) == signal; }
+bool succeeded(int status) { return WIFEXITED(status) && WEXITSTATUS(status) == 0; }
+
+class ConfinementTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (kSanitized) GTEST_SKIP() << "sanitizers need what the filter forbids";
+  }
+};
+
+TEST_F(ConfinementTest, KillsWhoRunsAProgramConnectsOrLooksIntoOthers) {
+  EXPECT_TRUE(killed(confined(limits(), [] { return ::execl("/bin/true", "true", nullptr); }), SIGSYS));
+  EXPECT_TRUE(killed(confined(limits(), [] { return ::socket(AF_INET, SOCK_STREAM, 0); }), SIGSYS));
+  EXPECT_TRUE(killed(confined(limits(), [] { return ::socket(AF_UNIX, SOCK_DGRAM, 0); }), SIGSYS));
+  EXPECT_TRUE(killed(confined(limits(), [] { return static_cast<int>(::ptrace(PTRACE_TRACEME, 0, 0, 0)); }), SIGSYS));
+  EXPECT_TRUE(killed(confined(limits(), [] { return ::kill(::getppid(), SIGTERM); }), SIGSYS));
+  EXPECT_TRUE(killed(confined(limits(), [] { return ::unshare(CLONE_NEWUSER); }), SIGSYS));
+}
+
+TEST_F(ConfinementTest, OpensNoFileAndStartsNoProcess) {
+  const auto refused = [](const std::function<long()>& call) {
+    return succeeded(confined(limits(), [&] {
+      errno = 0;
+      return call() < 0 && (errno == EPERM || errno == ENOSYS) ? 0 : 1;
+    }));
+  };
+  EXPECT_TRUE(refused([] { return ::open("/etc/passwd", O_RDONLY); }));
+  EXPECT_TRUE(refused([] { return ::open("/tmp", O_TMPFILE | O_WRONLY, 0600); }));
+  EXPECT_TRUE(refused([] { return ::openat(AT_FDCWD, ".", O_RDONLY | O_DIRECTORY); }));
+  EXPECT_TRUE(refused([] { return ::unlink("/tmp/anything"); }));
+  EXPECT_TRUE(refused([] { return ::rename("/tmp/a", "/tmp/b"); }));
+  EXPECT_TRUE(refused([] { return ::mkdir("/tmp/folder", 0700); }));
+  EXPECT_TRUE(refused([] { return ::fork(); }));
+  EXPECT_TRUE(refused([] { return ::syscall(SYS_clone3, nullptr, 0); }));
+  struct stat status {};
+  EXPECT_TRUE(refused([&] { return ::stat("/etc/passwd", &status); }));
+  const rlimit more{RLIM_INFINITY, RLIM_INFINITY};
+  EXPECT_TRUE(refused([&] { return ::setrlimit(RLIMIT_CPU, &more); }));
+}
+
+TEST_F(ConfinementTest, LetsComputeOnManyThreadsAndWriteWhatIsOpen) {
+  const crease::test::TemporaryFolder folder;
+  const Descriptor file(::open((folder.path() / "file").c_str(), O_CREAT | O_WRONLY, 0600));
+  EXPECT_TRUE(succeeded(confined(limits(2048 * kMiB, 60, kMiB), [&] {
+    std::atomic<std::size_t> sum{0};
+    {
+      std::vector<std::jthread> threads;
+      for (int i = 0; i < 4; ++i) {
+        threads.emplace_back([&] { sum += std::vector<char>(kMiB, 1).size(); });
+      }
+    }
+    return sum == 4 * kMiB && ::write(file.get(), "well", 4) == 4 ? 0 : 1;
+  })));
+  EXPECT_EQ(crease::test::read_file(folder.path() / "file"), "well");
+}
+
+TEST_F(ConfinementTest, LimitsMemoryProcessorTimeAndFiles) {
+  EXPECT_TRUE(succeeded(confined(limits(512 * kMiB), [] {
+    try {
+      return std::vector<char>(1024 * kMiB, 1).back();
+    } catch (const std::bad_alloc&) {
+      return '\0';
+    }
+  })));
+  EXPECT_TRUE(killed(confined(limits(0, 1),
+                              [] {
+                                for (std::atomic<std::uint64_t> forever{0};; ++forever) {
+                                }
+                                return 0;
+                              }),
+                     SIGXCPU));
+  const crease::test::TemporaryFolder folder;
+  const Descriptor file(::open((folder.path() / "file").c_str(), O_CREAT | O_WRONLY, 0600));
+  EXPECT_TRUE(succeeded(confined(limits(0, 0, 1000), [&] {
+    const std::string bytes(2000, 'x');
+    const bool first = ::write(file.get(), bytes.data(), bytes.size()) == 1000;
+    return first && ::write(file.get(), bytes.data(), bytes.size()) < 0 && errno == EFBIG ? 0 : 1;
+  })));
+}
+
+class SandboxTest : public testing::Test {
+ protected:
+  Descriptor file(const std::string& bytes) const {
+    const fs::path path = folder_.path() / "upload";
+    std::ofstream(path, std::ios::binary) << bytes;
+    return open_to_read(path);
+  }
+  static v1::ComputeTask inspection() {
+    v1::ComputeTask task;
+    task.mutable_inspect()->set_format("obj");
+    task.mutable_limits()->set_max_faces(10'000'000);
+    task.mutable_limits()->set_max_vertices(10'000'000);
+    return task;
+  }
+  /// All of a task's events, read to its end.
+  static std::vector<v1::ComputeEvent> events_of(Sandbox& sandbox) {
+    std::vector<v1::ComputeEvent> events;
+    while (!sandbox.ended()) {
+      if (auto event = sandbox.next_event(std::chrono::steady_clock::now() + std::chrono::seconds(30))) {
+        events.push_back(std::move(*event));
+      }
+    }
+    return events;
+  }
+  /// Processes whose parent is `process`.
+  static std::vector<int> children_of(int process) {
+    std::ifstream list("/proc/" + std::to_string(process) + "/task/" + std::to_string(process) + "/children");
+    return {std::istream_iterator<int>(list), {}};
+  }
+
+  const crease::test::TemporaryFolder folder_;
+};
+
+TEST_F(SandboxTest, RunsOneTaskAfterAnotherEachInAProcessOfItsOwn) {
+  Sandbox sandbox(CREASED_BIN);
+  for (int i = 1; i <= 5; ++i) {
+    const Descriptor upload = file(obj_text(crease::test::cube(i)));
+    const int number = upload.get();
+    sandbox.start(inspection(), {&number, 1});
+    const auto events = events_of(sandbox);
+    ASSERT_EQ(events.size(), 1U);
+    EXPECT_EQ(events[0].inspected().facts().faces(), static_cast<std::uint32_t>(12 * i * i));
+    EXPECT_FALSE(sandbox.loss());
+  }
+  EXPECT_TRUE(sandbox.alive());
+  EXPECT_TRUE(children_of(sandbox.process_id()).empty());
+}
+
+TEST_F(SandboxTest, ATaskThatIsKilledIsALossAndTheNextOneRuns) {
+  Sandbox sandbox(CREASED_BIN);
+  const Descriptor slow = file(obj_text(crease::test::grid(600, 600)));
+  const int slow_number = slow.get();
+  sandbox.start(inspection(), {&slow_number, 1});
+  ASSERT_TRUE(eventually([&] { return children_of(sandbox.process_id()).size() == 1; }));
+  ::kill(children_of(sandbox.process_id()).front(), SIGSEGV);
+  EXPECT_TRUE(events_of(sandbox).empty());
+  const auto loss = sandbox.loss();
+  ASSERT_TRUE(loss);
+  EXPECT_EQ(loss->what, "was killed by signal 11 (SIGSEGV)");
+  EXPECT_EQ(loss->code, code::kWorkerLost);
+  EXPECT_FALSE(loss->by_limit);
+
+  const Descriptor upload = file(obj_text(crease::test::cube(1)));
+  const int number = upload.get();
+  sandbox.start(inspection(), {&number, 1});
+  EXPECT_EQ(events_of(sandbox).size(), 1U);
+}
+
+TEST_F(SandboxTest, ATaskOverItsProcessorTimeIsALossByLimit) {
+  Sandbox sandbox(CREASED_BIN);
+  v1::ComputeTask task;
+  task.mutable_limits()->set_cpu_seconds(1);
+  task.mutable_limits()->set_max_faces(1000);
+  task.mutable_limits()->set_max_vertices(1000);
+  v1::Parameters parameters;
+  parameters.set_sweeps(100'000);
+  *task.mutable_run()->mutable_job()->mutable_parameters() = crease::resolve(parameters);
+  task.mutable_run()->mutable_job()->mutable_input()->set_format("obj");
+  task.mutable_run()->set_progress_every_ms(1'000);
+  task.mutable_run()->set_snapshot_every_ms(1'000'000);
+  task.mutable_run()->set_checkpoint_every_ms(1'000'000);
+  const Descriptor upload = file(obj_text(crease::test::cube(8)));
+  const int number = upload.get();
+  sandbox.start(task, {&number, 1});
+  events_of(sandbox);
+  const auto loss = sandbox.loss();
+  ASSERT_TRUE(loss);
+  EXPECT_EQ(loss->what, "needed more than 1 s of processor time");
+  EXPECT_EQ(loss->code, code::kTimeLimitExceeded);
+  EXPECT_TRUE(loss->by_limit);
+}
+
+TEST_F(SandboxTest, ATaskDiesWithTheProcessThatStartedIt) {
+  Sandbox sandbox(CREASED_BIN);
+  const Descriptor slow = file(obj_text(crease::test::grid(600, 600)));
+  const int number = slow.get();
+  sandbox.start(inspection(), {&number, 1});
+  ASSERT_TRUE(eventually([&] { return children_of(sandbox.process_id()).size() == 1; }));
+  const int task = children_of(sandbox.process_id()).front();
+  sandbox.kill();
+  EXPECT_TRUE(eventually([&] { return ::kill(task, 0) != 0; }));
+  EXPECT_FALSE(sandbox.alive());
+  EXPECT_TRUE(sandbox.ended());
+}
+
+TEST(ChannelTest, MessagesKeepTheirBoundariesAndBringTheirDescriptors) {
+  auto [here, there] = make_channel();
+  v1::RunOrder order;
+  ASSERT_TRUE(send_message(here.get(), order)) << "an empty message is one, too";
+  order.set_file(v1::RUN_FILE_REPORT);
+  std::array<int, 2> ends{};
+  ASSERT_EQ(::pipe(ends.data()), 0);
+  const Descriptor read_end(ends[0]);
+  {
+    const Descriptor write_end(ends[1]);
+    const int number = write_end.get();
+    ASSERT_TRUE(send_message(here.get(), order, {&number, 1}));
+  }
+  v1::RunOrder found;
+  std::vector<Descriptor> files;
+  EXPECT_EQ(receive_message(there.get(), found, std::nullopt, &files), Receipt::kMessage);
+  EXPECT_TRUE(files.empty());
+  EXPECT_EQ(receive_message(there.get(), found, std::nullopt, &files), Receipt::kMessage);
+  EXPECT_EQ(found.file(), v1::RUN_FILE_REPORT);
+  ASSERT_EQ(files.size(), 1U);
+  EXPECT_EQ(::write(files[0].get(), "x", 1), 1);
+  char byte = 0;
+  EXPECT_EQ(::read(read_end.get(), &byte, 1), 1);
+  EXPECT_EQ(receive_message(there.get(), found, std::chrono::steady_clock::now()), Receipt::kNothing);
+  here.close();
+  EXPECT_EQ(receive_message(there.get(), found), Receipt::kEnded);
+  EXPECT_FALSE(send_message(there.get(), order));
+}
+
+TEST(ChannelTest, WhatAPeerSaidIsReadThoughItLeftWithoutListening) {
+  auto [here, there] = make_channel();
+  v1::RunOrder order;
+  order.set_stop(true);
+  ASSERT_TRUE(send_message(here.get(), order));
+  ASSERT_TRUE(send_message(there.get(), order));
+  here.close();
+  v1::RunOrder found;
+  EXPECT_EQ(receive_message(there.get(), found), Receipt::kMessage);
+  EXPECT_TRUE(found.stop());
+  EXPECT_EQ(receive_message(there.get(), found), Receipt::kEnded);
+}
+
+TEST(ChannelTest, WhatIsNoMessageEndsIt) {
+  for (const std::string& bytes : {std::string(1, '\0') + "\xff\xff\xff", std::string(200'000, '\0')}) {
+    auto [here, there] = make_channel();
+    ASSERT_EQ(::send(here.get(), bytes.data(), bytes.size(), 0), static_cast<ssize_t>(bytes.size()));
+    v1::RunOrder found;
+    EXPECT_EQ(receive_message(there.get(), found), Receipt::kEnded);
+  }
+}
+
+}  // namespace
+}  // namespace creased

@@ -1,0 +1,105 @@
+#include "tests/support/store_fixture.h"
+
+namespace creased::test {
+namespace {
+
+const Loss kCrash{.what = "was killed by signal 11 (SIGSEGV)"};
+const Loss kOutOfTime{
+    .what = "needed more than 5 s of processor time", .code = code::kTimeLimitExceeded, .by_limit = true};
+
+class AttemptsTest : public StoreTest {
+ protected:
+  Claim claim(const std::string& worker = "w") { return store().claim(worker, kLong).value(); }
+  v1::Job job(const std::string& id = "abc") { return store().find(id).value(); }
+};
+
+TEST_F(AttemptsTest, ALostJobIsQueuedAgainAndFailsAfterThreeAttemptsWithWhatBecameOfEach) {
+  submit("abc");
+  for (std::uint32_t attempt = 1; attempt <= 3; ++attempt) {
+    EXPECT_EQ(state("abc"), "queued");
+    const Claim held = claim();
+    EXPECT_EQ(held.attempt, attempt);
+    EXPECT_TRUE(store().lose(held, attempt == 2 ? Loss{.what = "was killed by signal 9 (SIGKILL)"} : kCrash));
+    EXPECT_EQ(store().check(held), Hold::kLost);
+    EXPECT_FALSE(store().lose(held, kCrash)) << "it is lost already";
+  }
+  EXPECT_FALSE(store().claim("w", kLong));
+  EXPECT_EQ(job().state(), "failed");
+  EXPECT_EQ(job().attempt(), 3U);
+  EXPECT_EQ(job().error().code(), code::kWorkerLost);
+  EXPECT_EQ(job().error().detail(),
+            "3 attempts in a row were lost: attempt 1 was killed by signal 11 (SIGSEGV); attempt 2 was killed by "
+            "signal 9 (SIGKILL); attempt 3 was killed by signal 11 (SIGSEGV)");
+  EXPECT_TRUE(job().has_finished_at());
+  EXPECT_TRUE(job().has_expires_at());
+}
+
+TEST_F(AttemptsTest, ALeaseThatRunsOutThreeTimesFailsTheJob) {
+  submit("abc");
+  for (std::uint32_t attempt = 1; attempt <= 3; ++attempt) {
+    EXPECT_EQ(store().claim("w", kOver).value().attempt, attempt);
+  }
+  EXPECT_FALSE(store().claim("w", kLong));
+  EXPECT_EQ(job().state(), "failed");
+  EXPECT_EQ(job().error().code(), code::kWorkerLost);
+  EXPECT_THAT(job().error().detail(), HasSubstr("3 attempts in a row were lost: attempt 1 was lost without a word"));
+}
+
+TEST_F(AttemptsTest, AttemptsThatGetOnDoNotCountAgainstAJob) {
+  submit("abc");
+  for (std::uint32_t attempt = 1; attempt <= 10; ++attempt) {
+    const Claim held = claim();
+    store().note_checkpoint(held);
+    EXPECT_TRUE(store().lose(held, kCrash));
+    EXPECT_EQ(state("abc"), "queued");
+    EXPECT_EQ(job().attempt(), attempt);
+  }
+  store().lose(claim(), kCrash);
+  EXPECT_EQ(state("abc"), "queued");
+  store().lose(claim(), kCrash);
+  EXPECT_EQ(state("abc"), "failed") << "the tenth and two more came no further";
+}
+
+TEST_F(AttemptsTest, LimitsCountHoweverFarAnAttemptCame) {
+  submit("abc");
+  for (int attempt = 1; attempt <= 3; ++attempt) {
+    const Claim held = claim();
+    store().note_checkpoint(held);
+    EXPECT_TRUE(store().lose(held, kOutOfTime));
+  }
+  EXPECT_EQ(job().state(), "failed");
+  EXPECT_EQ(job().error().code(), code::kTimeLimitExceeded);
+  EXPECT_THAT(job().error().detail(), HasSubstr("attempt 3 needed more than 5 s of processor time"));
+}
+
+TEST_F(AttemptsTest, AWorkerThatIsNoMoreLosesAllThatItHadAndNothingElse) {
+  submit("a");
+  submit("b");
+  submit("c");
+  const Claim a = claim("dead"), b = claim("alive");
+  store().lose_all("dead", kCrash);
+  EXPECT_EQ(store().check(a), Hold::kLost);
+  EXPECT_EQ(store().check(b), Hold::kHeld);
+  EXPECT_EQ(state("a"), "queued");
+  EXPECT_EQ(claim().job_id, "a") << "it has kept its place";
+  store().lose_all("dead", kCrash);
+  EXPECT_EQ(state("a"), "running");
+}
+
+TEST_F(AttemptsTest, ALostJobThatWasToBeCancelledIsCancelled) {
+  submit("abc");
+  const Claim held = claim();
+  store().cancel("abc");
+  EXPECT_TRUE(store().lose(held, kCrash));
+  EXPECT_EQ(state("abc"), "cancelled");
+}
+
+TEST_F(AttemptsTest, APoisonJobDoesNotKeepOthersWaiting) {
+  submit("bad");
+  submit("cafe");
+  for (int attempt = 1; attempt <= 3; ++attempt) store().lose(claim(), kCrash);
+  EXPECT_EQ(claim().job_id, "cafe");
+}
+
+}  // namespace
+}  // namespace creased::test
