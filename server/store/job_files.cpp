@@ -14,6 +14,7 @@
 
 #include "server/store/durable_file.h"
 #include "server/store/failure.h"
+#include "server/store/store.h"
 
 namespace creased {
 namespace fs = std::filesystem;
@@ -101,6 +102,14 @@ void JobFiles::adopt(std::string_view id, const fs::path& source, std::string_vi
   if (::rename(source.c_str(), target.c_str()) != 0) throw file_failure("take over", source);
   sync_path(target.parent_path());
   sync_path(jobs_);
+}
+
+void JobFiles::remove_working_files(std::string_view id) const {
+  std::error_code ignored;
+  for (const auto name : {file::kCheckpoint, file::kSnapshot}) fs::remove(path(id, name), ignored);
+  for (const auto& entry : fs::directory_iterator(folder(id), ignored)) {
+    if (entry.path().extension() == ".part") fs::remove(entry.path(), ignored);
+  }
 }
 
 std::int64_t JobFiles::bytes(std::string_view id) const {

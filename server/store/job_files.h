@@ -28,6 +28,8 @@ class JobFiles {
   bool reserve(std::string_view id) const;
   /// Moves a file into a reserved folder under `name`; on the disk when it returns.
   void adopt(std::string_view id, const std::filesystem::path& source, std::string_view name) const;
+  /// Removes what only a running job needs, half-written files included.
+  void remove_working_files(std::string_view id) const;
   /// Of the files of a job; 0 where there are none.
   std::int64_t bytes(std::string_view id) const;
   /// What the disk has left for this service, and all that it holds.

@@ -88,36 +88,42 @@ void queue_again(Connection& connection, const LostAttempt& lost) {
   spdlog::warn("job {} queued again: {}", lost.claim.job_id, lost.losses);
 }
 
-void end_lost(Connection& connection, const LostAttempt& lost, std::string_view state, const std::string& error,
-              std::int64_t now) {
+/// What an ended job keeps on the disk.
+std::int64_t kept_bytes(const JobFiles& files, std::string_view id) {
+  files.remove_working_files(id);
+  return files.bytes(id);
+}
+
+void end_lost(Connection& connection, const JobFiles& files, const LostAttempt& lost, std::string_view state,
+              const std::string& error, std::int64_t now) {
   Query(connection,
         "UPDATE jobs SET state = ?1, finished = ?2, expires = ?2 + retention, error = ?3, losses = ?4,"
-        " lease_owner = NULL, version = (SELECT version FROM change_counter) WHERE id = ?5",
-        state, now, Blob{error}, lost.losses, lost.claim.job_id)
+        " bytes = ?5, lease_owner = NULL, version = (SELECT version FROM change_counter) WHERE id = ?6",
+        state, now, Blob{error}, lost.losses, kept_bytes(files, lost.claim.job_id), lost.claim.job_id)
       .run();
   spdlog::error("job {} {}: {}", lost.claim.job_id, state, lost.losses);
 }
 
 /// Attempts that came further than those before them start the count anew, unless a limit ended them.
-void lose_attempt(Connection& connection, LostAttempt lost, const Loss& loss, std::uint32_t max_attempts,
-                  std::int64_t now) {
+void lose_attempt(Connection& connection, const JobFiles& files, LostAttempt lost, const Loss& loss,
+                  std::uint32_t max_attempts, std::int64_t now) {
   const std::string what = fmt::format("attempt {} {}", lost.claim.attempt, loss.what);
   const bool count_anew = (lost.progressed && !loss.by_limit) || lost.strikes == 0;
   lost.losses = count_anew ? what : lost.losses + "; " + what;
   lost.strikes = count_anew ? 1 : lost.strikes + 1;
   if (lost.cancel_requested) {
-    end_lost(connection, lost, "cancelled", {}, now);
+    end_lost(connection, files, lost, "cancelled", {}, now);
   } else if (lost.strikes >= max_attempts) {
-    end_lost(connection, lost, "failed", lost_error(lost, loss), now);
+    end_lost(connection, files, lost, "failed", lost_error(lost, loss), now);
   } else {
     queue_again(connection, lost);
   }
 }
 
-void lose_expired(Connection& connection, std::int64_t now, std::uint32_t max_attempts) {
+void lose_expired(Connection& connection, const JobFiles& files, std::int64_t now, std::uint32_t max_attempts) {
   const Loss loss{.what = "was lost without a word: its lease ran out"};
   for (LostAttempt& lost : lost_attempts(connection, "?1 = '' AND lease_until <= ?2", "", now)) {
-    lose_attempt(connection, std::move(lost), loss, max_attempts, now);
+    lose_attempt(connection, files, std::move(lost), loss, max_attempts, now);
   }
 }
 
@@ -175,7 +181,7 @@ std::optional<Claim> SqliteStore::claim(std::string_view owner, std::chrono::mil
     }
     Writer::Transaction transaction(writer_);
     count_change(*transaction);
-    lose_expired(*transaction, now, max_attempts_);
+    lose_expired(*transaction, files_, now, max_attempts_);
     std::optional<Claim> claim;
     if (const auto seq = oldest_queued(*transaction)) {
       claim = claim_row(*transaction, *seq, owner, now, now + lease.count());
@@ -239,7 +245,8 @@ bool SqliteStore::succeed(const Claim& claim, const v1::ResultFacts& result, con
         *transaction,
         "UPDATE jobs SET state = 'succeeded', finished = ?1, expires = ?1 + retention, result = ?2, warnings = ?3,"
         " progress = ?4, bytes = ?5, lease_owner = NULL, version = (SELECT version FROM change_counter) WHERE id = ?6",
-        now_ms(), Blob{result_bytes}, Blob{all_warnings}, Blob{progress}, files_.bytes(claim.job_id), claim.job_id)
+        now_ms(), Blob{result_bytes}, Blob{all_warnings}, Blob{progress}, kept_bytes(files_, claim.job_id),
+        claim.job_id)
         .run();
     transaction.commit();
     return true;
@@ -251,12 +258,13 @@ bool SqliteStore::fail(const Claim& claim, const v1::Problem& problem) {
     const std::string error = problem.SerializeAsString();
     Writer::Transaction transaction(durable_writer_);
     count_change(*transaction);
-    const int rows = Query(*transaction,
-                           "UPDATE jobs SET state = 'failed', finished = ?1, expires = ?1 + retention, error = ?2,"
-                           " bytes = ?3, lease_owner = NULL, version = (SELECT version FROM change_counter)"
-                           " WHERE id = ?4 AND lease_owner = ?5 AND attempt = ?6 AND state = 'running'",
-                           now_ms(), Blob{error}, files_.bytes(claim.job_id), claim.job_id, claim.owner, claim.attempt)
-                         .run();
+    const int rows =
+        Query(*transaction,
+              "UPDATE jobs SET state = 'failed', finished = ?1, expires = ?1 + retention, error = ?2,"
+              " bytes = ?3, lease_owner = NULL, version = (SELECT version FROM change_counter)"
+              " WHERE id = ?4 AND lease_owner = ?5 AND attempt = ?6 AND state = 'running'",
+              now_ms(), Blob{error}, kept_bytes(files_, claim.job_id), claim.job_id, claim.owner, claim.attempt)
+            .run();
     transaction.commit();
     return rows > 0;
   });
@@ -270,7 +278,7 @@ bool SqliteStore::finish_cancelled(const Claim& claim) {
                            "UPDATE jobs SET state = 'cancelled', finished = ?1, expires = ?1 + retention, bytes = ?2,"
                            " lease_owner = NULL, version = (SELECT version FROM change_counter)"
                            " WHERE id = ?3 AND lease_owner = ?4 AND attempt = ?5 AND state = 'running'",
-                           now_ms(), files_.bytes(claim.job_id), claim.job_id, claim.owner, claim.attempt)
+                           now_ms(), kept_bytes(files_, claim.job_id), claim.job_id, claim.owner, claim.attempt)
                          .run();
     transaction.commit();
     return rows > 0;
@@ -316,7 +324,7 @@ bool SqliteStore::lose(const Claim& claim, const Loss& loss) {
     auto lost = lost_attempts(*transaction, "id = ?1 AND attempt = ?2", claim.job_id, claim.attempt);
     if (lost.empty() || lost.front().claim.owner != claim.owner) return false;
     count_change(*transaction);
-    lose_attempt(*transaction, std::move(lost.front()), loss, max_attempts_, now_ms());
+    lose_attempt(*transaction, files_, std::move(lost.front()), loss, max_attempts_, now_ms());
     transaction.commit();
     return true;
   });
@@ -327,7 +335,7 @@ void SqliteStore::lose_all(std::string_view worker, const Loss& loss) {
     Writer::Transaction transaction(durable_writer_);
     count_change(*transaction);
     auto all = lost_attempts(*transaction, "lease_owner = ?1 AND ?2", worker, 1);
-    for (LostAttempt& lost : all) lose_attempt(*transaction, std::move(lost), loss, max_attempts_, now_ms());
+    for (LostAttempt& lost : all) lose_attempt(*transaction, files_, std::move(lost), loss, max_attempts_, now_ms());
     if (!all.empty()) transaction.commit();
   });
 }

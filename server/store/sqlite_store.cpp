@@ -284,6 +284,10 @@ std::optional<v1::Job> SqliteStore::cancel(std::string_view id, const Owner& own
                             id)
                           .run();
     auto job = job_of_id(*transaction, id);
+    if (ended > 0) {
+      files_.remove_working_files(id);
+      Query(*transaction, "UPDATE jobs SET bytes = ? WHERE id = ?", files_.bytes(id), id).run();
+    }
     if (ended + asked > 0) transaction.commit();
     if (ended > 0) spdlog::info("job {} cancelled before it ran to its end, attempt {}", id, job->attempt());
     return job;

@@ -1,4 +1,4 @@
-#include <spdlog/spdlog.h>
+#include <fmt/format.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>

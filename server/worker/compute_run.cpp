@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <google/protobuf/io/zero_copy_stream_impl.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -124,7 +123,7 @@ class JobComputation {
         context.checkpoint = open_checkpoint(file.bytes());
         return crease::run_job(input, options, context);
       } catch (const crease::CheckpointError& error) {
-        spdlog::warn("job {}: {}; it starts anew", task_.job().id(), error.what());
+        send_note(fmt::format("{}; it starts anew", error.what()));
         context.checkpoint = {};
       }
     }
@@ -184,6 +183,12 @@ class JobComputation {
     send(event);
   }
 
+  void send_note(const std::string& text) {
+    v1::ComputeEvent event;
+    event.set_note(text);
+    send(event);
+  }
+
   void send_stopped() {
     v1::ComputeEvent event;
     event.mutable_end()->set_stopped(true);
@@ -207,7 +212,7 @@ class JobComputation {
       write(target.get());
       send_complete(file);
     } catch (const crease::Error& error) {
-      spdlog::warn("job {}: {}", task_.job().id(), error.detail());
+      send_note(error.detail());
     }
   }
 

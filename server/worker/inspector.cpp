@@ -77,6 +77,9 @@ class Inspector::Impl {
 
  private:
   static Inspection outcome(const std::optional<v1::ComputeEvent>& event, const std::optional<Loss>& loss) {
+    if (event && event->refused().code() == code::kMemoryExhausted) {
+      throw crease::Error(code::kInspectionFailed, "checking the mesh " + event->refused().detail());
+    }
     if (event && event->has_refused()) throw to_error(event->refused());
     if (loss) {
       throw crease::Error(code::kInspectionFailed, fmt::format("the process that checked the mesh {}", loss->what));

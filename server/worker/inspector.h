@@ -33,8 +33,8 @@ class Inspector {
 
   /// Waits for a free child. `format` may be empty: then by `name`'s extension, then from the bytes. `weights`
   /// is a file with a JSON array of them, or empty.
-  /// \throw crease::Error mesh_*, weights_invalid, memory_exhausted, or inspection_failed when the child died or ran
-  /// out of time on this upload
+  /// \throw crease::Error mesh_*, weights_invalid, or inspection_failed when the process died or ran out of time
+  /// or memory on this upload
   Inspection inspect(const std::filesystem::path& upload, const std::string& format, const std::string& name,
                      const std::filesystem::path& weights = {});
 

@@ -167,6 +167,9 @@ void JobRun::handle(const v1::ComputeEvent& event) {
     case v1::ComputeEvent::kEnd:
       end_ = event.end();
       return;
+    case v1::ComputeEvent::kNote:
+      spdlog::warn("job {}: {}", claim_.job_id, event.note());
+      return;
     case v1::ComputeEvent::kRefused:
       refused_ = event.refused();
       return;
@@ -236,24 +239,20 @@ void JobRun::end(const std::optional<Loss>& loss) {
 }
 
 void JobRun::end_early() {
+  files_.clear();
   switch (store_.check(claim_)) {
     case Store::Hold::kCancelRequested:
-      log_end(store_.finish_cancelled(claim_), "cancelled");
-      remove(file::kCheckpoint);
-      break;
+      return log_end(store_.finish_cancelled(claim_), "cancelled");
     case Store::Hold::kHeld:
-      log_end(store_.put_back(claim_), "put back");
-      break;
+      remove(file::kSnapshot);
+      return log_end(store_.put_back(claim_), "put back");
     case Store::Hold::kLost:
       return log_end(false, "stopped");
   }
-  remove(file::kSnapshot);
 }
 
 void JobRun::end_succeeded() {
   files_.clear();
-  remove(file::kSnapshot);
-  remove(file::kCheckpoint);
   const std::vector<v1::Warning> warnings(end_->warnings().begin(), end_->warnings().end());
   log_end(store_.succeed(claim_, end_->result(), warnings), "succeeded");
 }
@@ -267,8 +266,6 @@ void JobRun::end_refused(const v1::Problem& problem) {
     log_end(store_.put_back(claim_), "put back");
     throw crease::Error(problem.code(), problem.detail());
   }
-  remove(file::kSnapshot);
-  remove(file::kCheckpoint);
   log_end(store_.fail(claim_, problem), fmt::format("failed ({}: {})", problem.code(), problem.detail()));
 }
 

@@ -81,7 +81,9 @@ TEST_F(OpenApi, CodesThatTheServerThrowsAreInTheTableOfErrors) {
     if (entry.path().extension() != ".cpp") continue;
     const std::string source = read_file(entry.path());
     for (const std::string opening : {"Error(\"", "Error::parameter(\"", "fault(\""}) {
-      for (auto at = source.find(opening); at != std::string::npos; at = source.find(opening, at + 1), ++found) {
+      for (auto at = source.find(opening); at != std::string::npos; at = source.find(opening, at + 1)) {
+        if (at > 0 && std::isalpha(static_cast<unsigned char>(source[at - 1])) != 0) continue;  // CheckpointError
+        ++found;
         const auto start = at + opening.size();
         const std::string code = source.substr(start, source.find('"', start) - start);
         EXPECT_EQ(error_kind(code).code, code) << entry.path();

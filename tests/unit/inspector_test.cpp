@@ -191,7 +191,7 @@ TEST_F(InspectorTest, AnUploadThatNeedsTooMuchMemoryFailsAndTheNextIsServed) {
   const fs::path huge = write("huge.obj", "v 0 0 0\n");
   fs::resize_file(huge, std::uintmax_t{1} << 32U);  // sparse
   const auto error = refusal(inspector, huge);
-  EXPECT_EQ(error.code(), code::kMemoryExhausted);
+  EXPECT_EQ(error.code(), code::kInspectionFailed);
   EXPECT_THAT(error.detail(), HasSubstr("512 MiB of memory"));
   EXPECT_EQ(inspector.inspect(write("cube.obj", obj_text(crease::test::cube(1))), "", "").facts.faces(), 12U);
 }

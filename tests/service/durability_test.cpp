@@ -1,0 +1,391 @@
+#include <gmock/gmock.h>
+#include <sys/mount.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <random>
+
+#include "core/measure/noise.h"
+#include "tests/service/service_fixture.h"
+#include "tests/support/store_audit.h"
+
+namespace crease::test {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::seconds;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const std::vector<std::string> kSmall = {"--workers", "1", "--max-connections", "32", "--max-streams", "8"};
+
+std::vector<std::string> with(std::vector<std::string> flags, const std::vector<std::string>& more) {
+  flags.insert(flags.end(), more.begin(), more.end());
+  return flags;
+}
+
+std::string id_of(const nlohmann::json& job) { return job["id"].get<std::string>(); }
+
+/// A data directory whose service may be killed and started again.
+class Durability : public ::testing::Test {
+ protected:
+  ServerProcess& start(const std::vector<std::string>& flags = {}) {
+    server_.reset();
+    server_ = std::make_unique<ServerProcess>(with(with(kSmall, {"--data-dir", data_dir().string()}), flags));
+    return *server_;
+  }
+  fs::path data_dir() const { return folder_.path() / "data"; }
+  ServerProcess& server() { return *server_; }
+  void kill_server() {
+    server().signal(SIGKILL);
+    server().wait();
+  }
+  nlohmann::json job(const std::string& id) { return server().get("/v1/jobs/" + id).json(); }
+  void stop_and_audit(const std::set<std::string>& acknowledged) {
+    server().signal(SIGTERM);
+    EXPECT_EQ(server().wait(), 0);
+    EXPECT_THAT(faults_of_store(data_dir(), acknowledged, true), IsEmpty());
+  }
+
+  const TemporaryFolder folder_;
+  std::unique_ptr<ServerProcess> server_;
+};
+
+struct Outcome {
+  std::string mesh, labels;
+  bool operator==(const Outcome&) const = default;
+};
+
+Outcome outcome_of(const ServerProcess& server, const std::string& id) {
+  return {server.get("/v1/jobs/" + id + "/mesh?format=ply").body, server.get("/v1/jobs/" + id + "/labels").body};
+}
+
+const std::string& noisy_part() {
+  static const std::string text = obj_text(add_noise(cube(14), 0.2, 1, NoiseKind::kNormal));
+  return text;
+}
+
+const std::vector<std::string> kRuns = {"sweeps=900&threads=1", "sweeps=400&process=face&threads=2",
+                                        "sweeps=300&process=both&solver=mean_field", "sweeps=700&process=vertex"};
+
+std::vector<Outcome> undisturbed() {
+  const ServerProcess server(kSmall);
+  std::vector<Outcome> outcomes;
+  for (const auto& query : kRuns) {
+    const std::string id = id_of(server.submit(noisy_part(), query));
+    EXPECT_EQ(server.wait_for_end(id)["state"], "succeeded");
+    outcomes.push_back(outcome_of(server, id));
+  }
+  return outcomes;
+}
+
+int kills_wanted() {
+  const char* given = std::getenv("CREASED_TEST_KILLS");  // a hundred by hand
+  return given == nullptr ? 12 : std::atoi(given);
+}
+
+/// Kills parts of the service while jobs run, each once the job at work has come some sweeps further.
+class Killer {
+ public:
+  Killer(unsigned seed, std::function<nlohmann::json()> running_job)
+      : random_(seed), running_job_(std::move(running_job)) {}
+
+  /// False: there is no job left to be disturbed. Otherwise whom to kill.
+  bool wait_for_a_moment() {
+    const auto further = std::uniform_int_distribution<int>(1, 60)(random_);
+    std::string id;
+    int from = -1;
+    bool left = true;
+    const bool came = eventually(
+        [&] {
+          const auto job = running_job_();
+          left = !job.is_null();
+          if (!left) return true;
+          if (job["state"] != "running") return false;
+          const int sweep = job["progress"]["sweep"];
+          if (job["id"] != id) from = -1;
+          id = job["id"];
+          if (from < 0 && sweep > 0) from = sweep;
+          return from >= 0 && sweep >= from + further;
+        },
+        seconds(60));
+    EXPECT_TRUE(came) << "the service does not go on";
+    return came && left;
+  }
+  std::string victim() { return std::array<std::string, 4>{"server", "worker", "compute", "task"}.at(random_() % 4); }
+
+ private:
+  std::mt19937 random_;
+  std::function<nlohmann::json()> running_job_;
+};
+
+TEST_F(Durability, JobsWhoseProcessesAreKilledAtAnyMomentEndWithTheBytesOfAnUndisturbedRun) {
+  const std::vector<Outcome> expected = undisturbed();
+  const std::vector<std::string> flags = {"--checkpoint-every", "0.02", "--lease", "1"};
+  start(flags);
+  std::map<std::string, std::size_t> run_of;
+  std::set<std::string> acknowledged;
+  int killed = 0;
+  std::map<std::string, int> killed_kinds;
+  const auto submit_all = [&] {
+    for (std::size_t run = 0; run < kRuns.size(); ++run) {
+      const std::string id = id_of(server().submit(noisy_part(), kRuns[run]));
+      run_of[id] = run;
+      acknowledged.insert(id);
+    }
+  };
+  Killer killer(static_cast<unsigned>(std::random_device()()), [&]() -> nlohmann::json {
+    const auto response = server().get("/v1/jobs?limit=1000");
+    if (response.status != 200) return {{"state", "unknown"}};
+    nlohmann::json waiting;
+    const auto all = response.json();
+    for (const auto& job : all["jobs"]) {
+      if (job["state"] == "running") return job;
+      if (job["state"] == "queued") waiting = job;
+    }
+    return waiting;
+  });
+  while (killed < kills_wanted()) {
+    if (!killer.wait_for_a_moment()) submit_all();
+    if (testing::Test::HasFailure()) break;
+    const std::string victim = killer.victim();
+    if (victim == "server") {
+      kill_server();
+      EXPECT_THAT(faults_of_store(data_dir(), acknowledged), IsEmpty());
+      start(flags);
+    } else {
+      const auto processes = processes_below(server().pid(), victim);
+      if (processes.empty()) continue;  // it has just ended
+      ::kill(processes.front(), SIGKILL);
+    }
+    ++killed;
+    ++killed_kinds[victim];
+  }
+  std::uint32_t attempts = 0;
+  for (const auto& [id, run] : run_of) {
+    const auto ended = server().wait_for_state(id, "succeeded");
+    EXPECT_EQ(ended["state"], "succeeded") << ended;
+    EXPECT_TRUE(outcome_of(server(), id) == expected[run]) << kRuns[run] << " after " << ended["attempt"];
+    attempts += ended["attempt"].get<std::uint32_t>();
+  }
+  EXPECT_GT(attempts, run_of.size()) << "nothing was disturbed";
+  RecordProperty("kills", killed);
+  RecordProperty("attempts", static_cast<int>(attempts));
+  stop_and_audit(acknowledged);
+}
+
+TEST_F(Durability, AResumedJobDoesNotBeginAnew) {
+  start({"--checkpoint-every", "0.02", "--lease", "1"});
+  const std::string id = id_of(server().submit(noisy_part(), "sweeps=100000&threads=1"));
+  const auto sweep = [&] { return job(id)["progress"]["sweep"].get<int>(); };
+  ASSERT_TRUE(eventually([&] { return sweep() > 200; }, seconds(60)));
+  const auto checkpoint = data_dir() / "jobs" / id / "checkpoint";
+  ASSERT_TRUE(eventually([&] { return fs::exists(checkpoint); }));
+  ::kill(processes_below(server().pid(), "task").at(0), SIGKILL);
+  int first = 0;
+  ASSERT_TRUE(eventually([&] {
+    const auto now = job(id);
+    first = now["progress"]["sweep"];
+    return now["attempt"] == 2 && first > 0;
+  }));
+  EXPECT_GT(first, 100);
+  server().get("/v1/jobs/" + id);
+  exchange(server().port(), "DELETE", "/v1/jobs/" + id);
+  EXPECT_TRUE(eventually([&] { return !fs::exists(checkpoint); }));
+}
+
+TEST_F(Durability, ADrainLeavesACheckpointAndTheNextServerGoesOnFromThere) {
+  start({"--checkpoint-every", "10000"});
+  const std::string id = id_of(server().submit(noisy_part(), "sweeps=100000&threads=1"));
+  ASSERT_TRUE(eventually([&] { return job(id)["progress"]["sweep"].get<int>() > 100; }, seconds(60)));
+  server().signal(SIGTERM);
+  ASSERT_EQ(server().wait(), 0);
+  ASSERT_TRUE(fs::exists(data_dir() / "jobs" / id / "checkpoint"));
+  EXPECT_THAT(faults_of_store(data_dir(), {id}), IsEmpty());
+  start();
+  int first = 0;
+  ASSERT_TRUE(eventually([&] {
+    first = job(id)["progress"]["sweep"];
+    return first > 0;
+  }));
+  EXPECT_GT(first, 100);
+}
+
+TEST_F(Durability, ATornCheckpointIsNotUsed) {
+  start({"--checkpoint-every", "10000"});
+  const std::string query = "sweeps=300&threads=1";
+  const std::string first = id_of(server().submit(noisy_part(), query));
+  ASSERT_EQ(server().wait_for_end(first)["state"], "succeeded");
+  const std::string id = id_of(server().submit(noisy_part(), query));
+  ASSERT_TRUE(eventually([&] { return job(id)["progress"]["sweep"].get<int>() > 10; }, seconds(60)));
+  server().signal(SIGTERM);
+  ASSERT_EQ(server().wait(), 0);
+  const auto checkpoint = data_dir() / "jobs" / id / "checkpoint";
+  ASSERT_TRUE(fs::exists(checkpoint));
+  fs::resize_file(checkpoint, fs::file_size(checkpoint) / 2);
+  start();
+  EXPECT_EQ(server().wait_for_end(id)["state"], "succeeded");
+  EXPECT_TRUE(outcome_of(server(), id) == outcome_of(server(), first));
+  EXPECT_THAT(server().log(), HasSubstr("the checkpoint is damaged"));
+}
+
+TEST_F(Durability, WhatWasAcknowledgedIsThereAfterAKillOfEverything) {
+  constexpr int kRounds = 5;
+  std::set<std::string> acknowledged;
+  for (int round = 0; round < kRounds; ++round) {
+    start();
+    acknowledged.insert(id_of(server().submit(noisy_part(), "sweeps=5&seed=" + std::to_string(round + 1))));
+    kill_server();
+    EXPECT_THAT(faults_of_store(data_dir(), acknowledged), IsEmpty());
+  }
+  start({"--lease", "1"});
+  for (const auto& id : acknowledged) EXPECT_EQ(server().wait_for_state(id, "succeeded")["state"], "succeeded") << id;
+  stop_and_audit(acknowledged);
+}
+
+TEST_F(Durability, APoisonJobFailsAfterThreeAttemptsWithWhatHappenedAndOthersGoOn) {
+  start({"--checkpoint-every", "10000"});
+  const std::string poison = id_of(server().submit(noisy_part(), kLong));
+  const std::string other = id_of(server().submit(small_obj(), kQuick));
+  for (int attempt = 1; attempt <= 3; ++attempt) {
+    std::vector<int> tasks;
+    ASSERT_TRUE(eventually([&] {
+      tasks = processes_below(server().pid(), "task");
+      const auto now = job(poison);
+      return now["attempt"] == attempt && now["state"] == "running" && tasks.size() == 1;
+    }));
+    ::kill(tasks.front(), SIGSEGV);
+    ASSERT_TRUE(eventually([&] { return job(poison)["attempt"] != attempt || job(poison)["state"] == "failed"; }));
+  }
+  const auto failed = job(poison);
+  EXPECT_EQ(failed["state"], "failed");
+  EXPECT_EQ(failed["attempt"], 3);
+  EXPECT_EQ(failed["error"]["code"], "worker_lost");
+  EXPECT_THAT(failed["error"]["detail"], HasSubstr("attempt 3 was killed by signal 11 (SIGSEGV)"));
+  EXPECT_EQ(server().wait_for_end(other)["state"], "succeeded");
+  stop_and_audit({poison, other});
+}
+
+TEST_F(Durability, AJobOverItsTimeFailsAndSaysSo) {
+  start({"--job-cpu-seconds", "1"});
+  const std::string id = id_of(server().submit(noisy_part(), kLong));
+  const auto failed = server().wait_for_end(id);
+  EXPECT_EQ(failed["state"], "failed");
+  EXPECT_EQ(failed["attempt"], 3);
+  EXPECT_EQ(failed["error"]["code"], "time_limit_exceeded");
+  EXPECT_THAT(failed["error"]["detail"], HasSubstr("needed more than 1 s of processor time"));
+  EXPECT_EQ(server().get("/v1/jobs/" + id + "/mesh").code(), "job_failed");
+  stop_and_audit({id});
+}
+
+TEST_F(Durability, ResultsExpireAndDeletionLeavesNoByte) {
+  start({"--retention-hours", "24", "--max-retention-hours", "100"});
+  const auto soon = server().submit(small_obj(), kQuick + "&retention_hours=0");
+  const auto later = server().submit(small_obj(), kQuick);
+  EXPECT_EQ(later["parameters"]["retention_hours"], 24);
+  const auto ended = server().wait_for_end(id_of(later));
+  EXPECT_EQ(ended["expires_at"].get<std::string>().size(), 24U);
+  EXPECT_TRUE(eventually([&] { return server().get("/v1/jobs/" + id_of(soon)).code() == "job_not_found"; }));
+  EXPECT_TRUE(eventually([&] { return !fs::exists(data_dir() / "jobs" / id_of(soon)); }));
+  EXPECT_EQ(exchange(server().port(), "DELETE", "/v1/jobs/" + id_of(later)).status, 204);
+  EXPECT_FALSE(fs::exists(data_dir() / "jobs" / id_of(later)));
+  const auto refused =
+      exchange(server().port(), "POST", "/v1/jobs?retention_hours=101", {{"Content-Type", "model/obj"}}, small_obj());
+  EXPECT_EQ(refused.code(), "parameter_out_of_range");
+  EXPECT_EQ(refused.json()["field"], "retention_hours");
+  stop_and_audit({});
+  for (const auto& entry : fs::directory_iterator(data_dir())) {
+    if (!entry.is_regular_file()) continue;
+    const std::string digest = later["input"]["sha256"];
+    EXPECT_EQ(read_file(entry.path()).find(digest), std::string::npos) << entry.path();
+  }
+}
+
+TEST_F(Durability, TheQuotaIsRefusedBeforeTheDiskIsFull) {
+  start({"--quota-mb", "1"});
+  std::set<std::string> acknowledged;
+  RawResponse refused;
+  for (int i = 0; i < 30 && refused.code().empty(); ++i) {
+    refused = exchange(server().port(), "POST", "/v1/jobs?" + kQuick, {{"Content-Type", "model/obj"}}, small_obj());
+    if (refused.code().empty()) acknowledged.insert(id_of(refused.json()));
+  }
+  EXPECT_EQ(refused.status, 507);
+  EXPECT_EQ(refused.code(), "quota_exceeded");
+  EXPECT_GT(acknowledged.size(), 2U);
+  for (const auto& id : acknowledged) EXPECT_EQ(server().wait_for_end(id)["state"], "succeeded");
+  const std::string gone = *acknowledged.begin();
+  for (const auto& id : acknowledged) exchange(server().port(), "DELETE", "/v1/jobs/" + id);
+  EXPECT_EQ(server().submit(small_obj(), kQuick)["state"], "queued");
+}
+
+/// A file system of a few megabytes at the data directory.
+class SmallDisk {
+ public:
+  explicit SmallDisk(fs::path path) : path_(std::move(path)) {
+    fs::create_directories(path_);
+    mounted_ = ::mount("tmpfs", path_.c_str(), "tmpfs", 0, "size=24m") == 0;
+  }
+  ~SmallDisk() {
+    if (mounted_) ::umount2(path_.c_str(), MNT_DETACH);
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+  bool mounted() const { return mounted_; }
+  bool make_read_only() const { return ::mount(nullptr, path_.c_str(), nullptr, MS_REMOUNT | MS_RDONLY, nullptr) == 0; }
+  /// Leaves `bytes` free.
+  void fill(std::uintmax_t bytes) const {
+    const auto free = fs::space(path_).available;
+    std::ofstream(path_ / "ballast") << std::string(free > bytes ? free - bytes : 0, 'x');
+  }
+  void empty() const { fs::remove(path_ / "ballast"); }
+
+ private:
+  fs::path path_;
+  bool mounted_ = false;
+};
+
+TEST_F(Durability, AFullDiskIsAClearErrorAndNothingIsLostWhenItHasRoomAgain) {
+  const SmallDisk disk(data_dir());
+  if (!disk.mounted()) GTEST_SKIP() << "only root mounts a disk";
+  start({"--checkpoint-every", "0.05"});
+  const std::string running = id_of(server().submit(noisy_part(), "sweeps=3000&threads=1"));
+  ASSERT_TRUE(eventually([&] { return job(running)["progress"]["sweep"].get<int>() > 10; }, seconds(60)));
+  disk.fill(0);
+  const auto submit = [&] {
+    return exchange(server().port(), "POST", "/v1/jobs?" + kQuick, {{"Content-Type", "model/obj"}}, noisy_part());
+  };
+  const auto refused = submit();
+  EXPECT_EQ(refused.status, 507) << refused.body;
+  EXPECT_EQ(refused.code(), "storage_full");
+  const auto ready = server().get("/readyz");
+  EXPECT_EQ(ready.status, 503);
+  EXPECT_EQ(ready.code(), "store_unavailable");
+  EXPECT_THAT(ready.body, testing::AnyOf(HasSubstr("No space left"), HasSubstr("disk")));
+  EXPECT_EQ(server().get("/v1/jobs/" + running).status, 200) << "what is there can be read";
+  ASSERT_TRUE(eventually([&] { return server().log().find("No space left") != std::string::npos; }, seconds(30)));
+  EXPECT_THAT(faults_of_store(data_dir(), {running}), IsEmpty());
+
+  disk.empty();
+  EXPECT_EQ(server().get("/readyz").status, 200);
+  const auto taken = submit();
+  ASSERT_EQ(taken.status, 202) << taken.body;
+  EXPECT_EQ(server().wait_for_state(running, "succeeded")["state"], "succeeded");
+  const std::string id = id_of(taken.json());
+  EXPECT_EQ(server().wait_for_state(id, "succeeded")["state"], "succeeded");
+  stop_and_audit({running, id});
+  server_.reset();
+}
+
+TEST_F(Durability, ADataDirectoryThatCannotBeWrittenIsAClearErrorAtTheStart) {
+  const SmallDisk disk(data_dir());
+  if (!disk.mounted()) GTEST_SKIP() << "only root mounts a disk";
+  ASSERT_TRUE(disk.make_read_only());
+  const auto refused = run_program({CREASED_BIN, "serve", "--port", "0", "--data-dir", data_dir().string()});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.errors, HasSubstr("Read-only file system"));
+}
+
+}  // namespace
+}  // namespace crease::test
