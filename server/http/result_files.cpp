@@ -130,7 +130,7 @@ std::shared_ptr<const OpenFile> ResultFiles::kept(const crease::v1::Job& job, co
     if (!store_.charge(job.id(), bytes.size())) return unkept(bytes);
     ReplacingFile target(path, "part");
     write_all(target.descriptor(), bytes, path);
-    target.commit(true);
+    target.commit(Durability::kWhole);
     if (auto file = open_file(path)) return file;
   } catch (const Error&) {
     if (store_.find(job.id())) throw;

@@ -46,12 +46,12 @@ ReplacingFile::~ReplacingFile() {
   if (!committed_) ::unlink(partial_.c_str());
 }
 
-void ReplacingFile::commit(bool durable) {
-  if (durable && ::fsync(descriptor_.get()) != 0) throw file_failure("sync", partial_);
+void ReplacingFile::commit(Durability durability) {
+  if (durability != Durability::kNone && ::fsync(descriptor_.get()) != 0) throw file_failure("sync", partial_);
   descriptor_.close();
   if (::rename(partial_.c_str(), path_.c_str()) != 0) throw file_failure("rename", partial_);
   committed_ = true;
-  if (durable) sync_path(path_.parent_path());
+  if (durability == Durability::kWhole) sync_path(path_.parent_path());
 }
 
 }  // namespace creased

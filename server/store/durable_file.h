@@ -29,6 +29,13 @@ Descriptor open_to_read(const std::filesystem::path& path);
 /// Brings the content of a file, or the names in a folder, to the disk. \throw Error store_unavailable
 void sync_path(const std::filesystem::path& path);
 
+/// What is on the disk when a call returns.
+enum class Durability {
+  kNone,
+  kContent,  ///< under its name once the folder is synced, by a later file in it for instance
+  kWhole,
+};
+
 /// A file that appears under its name whole or not at all: written beside it as NAME.SUFFIX, then renamed. Its folder
 /// must exist and is never created.
 class ReplacingFile {
@@ -41,9 +48,8 @@ class ReplacingFile {
 
   const std::filesystem::path& path() const { return path_; }
   int descriptor() const { return descriptor_.get(); }
-  /// Renames; when `durable`, only after the content is on the disk, and returns after the name is, too.
-  /// \throw Error store_unavailable
-  void commit(bool durable);
+  /// Renames, after the content is on the disk as `durability` asks. \throw Error store_unavailable, storage_full
+  void commit(Durability durability);
 
  private:
   std::filesystem::path path_, partial_;

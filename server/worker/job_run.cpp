@@ -4,6 +4,7 @@
 #include <google/protobuf/util/time_util.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -52,6 +53,11 @@ std::string_view name_of(v1::RunFile kind) {
 }
 
 bool is_passing(v1::RunFile kind) { return kind == v1::RUN_FILE_SNAPSHOT || kind == v1::RUN_FILE_CHECKPOINT; }
+
+Durability durability_of(v1::RunFile kind) {
+  if (kind == v1::RUN_FILE_SNAPSHOT) return Durability::kNone;
+  return kind == v1::RUN_FILE_RESULT ? Durability::kContent : Durability::kWhole;  // the report's name comes after it
+}
 
 bool is_fault_of_store(std::string_view error) {
   return error == code::kStoreUnavailable || error == code::kStorageFull;
@@ -123,8 +129,17 @@ void JobRun::start() {
   std::vector<int> numbers;
   for (const Descriptor& file : files) numbers.push_back(file.get());
   sandbox_.start(task, numbers);
-  for (const auto kind : {v1::RUN_FILE_RESULT, v1::RUN_FILE_REPORT, v1::RUN_FILE_SNAPSHOT, v1::RUN_FILE_CHECKPOINT}) {
-    offer(kind);
+  for (const auto kind : {v1::RUN_FILE_RESULT, v1::RUN_FILE_REPORT}) offer(kind);
+}
+
+/// Files that a short job never comes to write are not made for it.
+void JobRun::offer_passing_files() {
+  if (passing_files_offered_) return;
+  passing_files_offered_ = true;
+  try {
+    for (const auto kind : {v1::RUN_FILE_SNAPSHOT, v1::RUN_FILE_CHECKPOINT}) offer(kind);
+  } catch (const crease::Error& error) {
+    spdlog::warn("job {}: it goes on without a checkpoint: {}", claim_.job_id, error.detail());
   }
 }
 
@@ -139,7 +154,9 @@ void JobRun::follow() {
 void JobRun::look() {
   const auto now = Clock::now();
   next_look_ = now + kLookEvery;
+  if (now - started_ >= std::min(options_.snapshot_every, options_.checkpoint_every) / 2) offer_passing_files();
   if (!stop_by_ && (stop_ || !is_held())) {
+    if (stop_) offer_passing_files();
     v1::RunOrder order;
     order.set_stop(true);
     sandbox_.order(order);
@@ -193,7 +210,7 @@ void JobRun::complete(v1::RunFile kind) {
   const std::string_view name = name_of(kind);
   if (!target) throw crease::Error(code::kInternal, fmt::format("{} was complete before", name));
   try {
-    target->commit(kind != v1::RUN_FILE_SNAPSHOT);
+    target->commit(durability_of(kind));
     target.reset();
     if (kind == v1::RUN_FILE_CHECKPOINT) store_.note_checkpoint(claim_);
     if (is_passing(kind)) offer(kind);

@@ -35,6 +35,7 @@ class JobRun {
   void give_up(Loss loss);
   void handle(const crease::v1::ComputeEvent& event);
   void offer(crease::v1::RunFile file);
+  void offer_passing_files();
   void complete(crease::v1::RunFile file);
   void publish(const crease::v1::Progress& progress);
   void publish_stage(std::string_view stage);
@@ -61,6 +62,7 @@ class JobRun {
   std::atomic<bool> taken_away_{false};
   std::map<crease::v1::RunFile, std::optional<ReplacingFile>> files_;
   Clock::time_point started_ = Clock::now(), next_look_ = started_;
+  bool passing_files_offered_ = false;
   std::optional<Clock::time_point> stop_by_;  // once the computation was told to stop
   std::optional<Loss> given_up_;              // why it was killed
   std::optional<crease::v1::RunEnd> end_;
