@@ -5,13 +5,15 @@
 #   unit service quality   the rooms of tests under ctest
 #   gltf      results of the command line through the Khronos validator
 #   lint      formatting and shellcheck
+#   fuzz [SECONDS]   what once was a fault, then every fuzzer for so long (10), under both sanitizers of asan
+#   tsan      the service tests under ThreadSanitizer
 #   tidy      the same and clang-tidy
 #   asan      the unit tests under AddressSanitizer and UndefinedBehaviorSanitizer
 #   bench     proposals per second, against a textbook loop
 set -euo pipefail
 
 cd "$(dirname "$(readlink -f "$0")")/.."
-readonly steps=(build unit service quality gltf lint)
+readonly steps=(build unit service quality gltf lint fuzz tsan)
 readonly bin=build/release/bin
 cores=$(nproc)
 
@@ -52,10 +54,27 @@ run_asan() {
   ctest --preset asan --label-regex '^unit$' --no-tests=error --parallel "$cores"
 }
 
+run_tsan() {
+  local reports=$PWD/build/tsan/reports
+  docker/install-packages.sh build
+  cmake --preset tsan
+  cmake --build --preset tsan --target service_tests creased crease
+  rm -rf "$reports" && mkdir "$reports"
+  # The tests start servers, these workers: a race in any of them leaves a file, whatever becomes of the process.
+  TSAN_OPTIONS="log_path=$reports/race suppressions=$PWD/tests/tsan.supp" \
+    ctest --preset tsan --label-regex '^service$' --no-tests=error --parallel "$cores"
+  if [[ -n $(ls "$reports") ]]; then cat "$reports"/* && exit 1; fi
+}
+
+run_fuzz() {
+  docker/install-packages.sh build fuzz
+  tests/fuzz/run.sh "$@"
+}
+
 run_bench() { "$bin/crease_bench"; }
 
-if (($# == 1)) && declare -F "run_$1" >/dev/null; then
-  "run_$1"
+if { (($# == 1)) || [[ ${2:-} =~ ^[0-9]+$ ]]; } && declare -F "run_$1" >/dev/null; then
+  "run_$1" "${@:2}"
   exit
 fi
 

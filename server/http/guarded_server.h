@@ -64,10 +64,12 @@ class GuardedServer : public httplib::Server {
   /// The exchange that the calling thread answers.
   static Exchange& exchange();
 
+  /// Answers the requests of one connection to its end.
+  bool process_and_close_socket(int socket) override;
+
  private:
   enum class Admission { kAdmitted, kTooMany, kDraining };
 
-  bool process_and_close_socket(int socket) override;
   void converse(GuardedStream& stream);
   std::optional<RequestHead> head_or_refusal(GuardedStream& stream);
   bool answer(GuardedStream& stream, const RequestHead& head);

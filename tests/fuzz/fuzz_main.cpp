@@ -1,0 +1,29 @@
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+
+#include "tests/fuzz/target.h"
+
+// libFuzzer's way in. One binary is all fuzzers; FUZZ_TARGET says which, and so also reaches the processes that
+// libFuzzer starts again for -fork, -merge and -minimize_crash.
+
+namespace {
+
+const crease::fuzz::Target* target = nullptr;
+
+}  // namespace
+
+extern "C" int LLVMFuzzerInitialize(int* /*argc*/, char*** /*argv*/) {
+  const char* name = std::getenv("FUZZ_TARGET");
+  target = crease::fuzz::find_target(name == nullptr ? "" : name);
+  if (target != nullptr) return 0;
+  std::fputs("FUZZ_TARGET must be one of:", stderr);
+  for (const auto& known : crease::fuzz::targets()) std::fprintf(stderr, " %s", known.name.data());
+  std::fputs("\n", stderr);
+  std::exit(2);
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  target->run({reinterpret_cast<const char*>(data), size});
+  return 0;
+}

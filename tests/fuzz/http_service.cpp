@@ -1,0 +1,141 @@
+#include "tests/fuzz/http_service.h"
+
+#include <spdlog/sinks/null_sink.h>
+#include <spdlog/spdlog.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <stdexcept>
+
+#include "server/http/api.h"
+#include "server/worker/job_run.h"
+#include "tests/support/meshes.h"
+#include "tests/support/server_process.h"
+#include "tests/support/store_support.h"
+
+namespace crease::fuzz {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::chrono::hours kNever{1};
+constexpr std::uint64_t kMaxUpload = 16 * 1024;
+
+creased::StoreOptions store_options(const test::TemporaryFolder& folder) {
+  creased::StoreOptions options;
+  options.data_dir = folder.path() / "data";
+  return options;
+}
+
+creased::GuardedServer::Options server_options() {
+  creased::GuardedServer::Options options;
+  options.stream.write_timeout = milliseconds(1);  // the client reads when all is over: what does not fit is cut off
+  return options;
+}
+
+/// An inspector without a program to run: it refuses every upload as soon as it is whole.
+creased::Inspector::Options no_inspector() {
+  creased::Inspector::Options options;
+  options.executable = "/nonexistent";
+  return options;
+}
+
+class Service {
+ public:
+  Service()
+      : store_(creased::open_store(store_options(folder_))),
+        inspector_(no_inspector()),
+        watcher_(*store_, kNever, [](const v1::Job&) {}),
+        api_({.store = *store_,
+              .inspector = inspector_,
+              .watcher = watcher_,
+              .metrics = metrics_,
+              .shutting_down = shutting_down_,
+              .max_upload_bytes = kMaxUpload,
+              .max_streams = 4}),
+        server_(server_options(), hooks()) {
+    api_.attach(server_);
+    server_.bind("127.0.0.1", 0);  // nobody comes there, but the library takes a server without a socket as stopped
+  }
+
+  Conversation converse(std::string_view bytes) {
+    keep_the_finished_job();
+    conversation_ = {};
+    std::array<int, 2> ends{};
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) throw std::runtime_error("no sockets");
+    send_all(ends[0], bytes);
+    server_.process_and_close_socket(ends[1]);
+    conversation_.answers = receive_all(ends[0]);
+    ::close(ends[0]);
+    return std::move(conversation_);
+  }
+
+ private:
+  creased::GuardedServer::Hooks hooks() {
+    auto hooks = api_.hooks();
+    hooks.finished = [this, finished = hooks.finished](const creased::ExchangeSummary& exchange) {
+      conversation_.exchanges.push_back(exchange);
+      finished(exchange);
+    };
+    return hooks;
+  }
+
+  static void send_all(int socket, std::string_view bytes) {
+    if (::send(socket, bytes.data(), bytes.size(), MSG_DONTWAIT) != static_cast<ssize_t>(bytes.size())) {
+      throw std::length_error("more than a socket holds");
+    }
+    ::shutdown(socket, SHUT_WR);
+  }
+
+  static std::string receive_all(int socket) {
+    std::string all;
+    std::array<char, 65536> piece;
+    for (ssize_t count = 1; count > 0;
+         all.append(piece.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0)))) {
+      count = ::recv(socket, piece.data(), piece.size(), 0);
+    }
+    return all;
+  }
+
+  void keep_the_finished_job() {
+    if (store_->find(kFinishedJob)) return;
+    v1::Parameters parameters;
+    parameters.set_method("taubin");
+    parameters.set_iterations(1);
+    parameters.set_threads(1);
+    bool created = false;
+    store_->submit(test::new_job(*store_, std::string(kFinishedJob), test::obj_text(test::cube(1)), parameters),
+                   created);
+    const std::atomic<bool> stop{false};
+    const creased::WorkerOptions options;
+    auto claim = store_->claim("fuzz", options.lease);
+    creased::JobRun(*store_, options, claim.value(), stop).run();
+  }
+
+  const test::TemporaryFolder folder_;
+  const std::atomic<bool> shutting_down_{false};
+  std::unique_ptr<creased::Store> store_;
+  creased::Metrics metrics_;
+  creased::Inspector inspector_;
+  creased::JobWatcher watcher_;
+  creased::Api api_;
+  creased::GuardedServer server_;
+  Conversation conversation_;
+};
+
+/// Lives as long as the process; its log goes nowhere, but is made.
+Service& service() {
+  static Service service = [] {
+    spdlog::set_default_logger(spdlog::null_logger_mt("fuzz"));
+    return Service();
+  }();
+  return service;
+}
+
+}  // namespace
+
+Conversation converse(std::string_view bytes) { return service().converse(bytes); }
+
+}  // namespace crease::fuzz

@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Replays what once was a fault, then fuzzes: tests/fuzz/run.sh [SECONDS [TARGET…]]
+# SECONDS for each target (10), two and more at a time, in build/fuzz; every target without names. What the fuzzers find
+# to be worth keeping stays in build/fuzz/found, a fault in build/fuzz/faults: move it to tests/fuzz/regressions.
+set -euo pipefail
+
+cd "$(dirname "$(readlink -f "$0")")/../.."
+readonly fuzzer=build/fuzz/bin/creased_fuzz
+export UBSAN_OPTIONS=print_stacktrace=1
+# Short memories of where memory came from, and the job store in memory: twice as many executions.
+export ASAN_OPTIONS=malloc_context_size=3:quarantine_size_mb=16
+if [[ -w /dev/shm ]]; then export TMPDIR=/dev/shm; fi
+
+replay_and_fuzz() { # SECONDS TARGET
+  local found=build/fuzz/found/$2 faults=build/fuzz/faults/$2 regressions=tests/fuzz/regressions/$2
+  local options=(-timeout=10 -rss_limit_mb=2048 "-artifact_prefix=$faults/")
+  rm -rf "$faults" && mkdir -p "$found" "$faults"
+  export FUZZ_TARGET=$2
+  if [[ -d $regressions ]]; then "$fuzzer" "${options[@]}" "$regressions"/*; fi
+  "$fuzzer" "${options[@]}" -max_len=4096 "-max_total_time=$1" -print_final_stats=1 \
+    "-dict=tests/fuzz/dictionaries/$2.dict" "$found" "tests/fuzz/corpus/$2"
+}
+
+if [[ ${1:-} == --one ]]; then
+  log=build/fuzz/$3.log
+  if (replay_and_fuzz "$2" "$3") >"$log" 2>&1; then
+    printf '%-16s %9d executions\n' "$3" "$(awk '/number_of_executed_units/ { print $2 }' "$log")"
+  else
+    echo "$3 FAILED, see $log:"
+    grep --max-count=1 --after-context=20 -E 'ERROR|runtime error|terminate called' "$log" || tail --lines=20 "$log"
+    exit 1
+  fi
+  exit
+fi
+
+seconds=${1:-10}
+if (($# > 1)); then names=("${@:2}"); else mapfile -t names < <(ls tests/fuzz/corpus); fi
+cmake --preset fuzz
+cmake --build --preset fuzz
+printf '%s\n' "${names[@]}" | xargs --max-args=1 "--max-procs=$(nproc)" "$0" --one "$seconds"
