@@ -23,7 +23,8 @@ using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;
 
 // What any call can meet before it reaches its handler.
-const std::vector<std::string> kCommonProblems = {"expectation_failed",
+const std::vector<std::string> kCommonProblems = {"address_connections_full",
+                                                  "expectation_failed",
                                                   "headers_too_large",
                                                   "http_version_unsupported",
                                                   "internal",
@@ -32,6 +33,7 @@ const std::vector<std::string> kCommonProblems = {"expectation_failed",
                                                   "not_found",
                                                   "parameter_unknown",
                                                   "parameter_invalid",
+                                                  "rate_limited",
                                                   "payload_too_large",
                                                   "request_malformed",
                                                   "request_timeout",
