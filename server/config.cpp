@@ -101,6 +101,28 @@ void add_access_options(CLI::App& command, AccessConfig& config) {
       ->check(many);
 }
 
+void add_service_limits(CLI::App& command, ServeConfig& config) {
+  const auto hours = CLI::Range(0.0, 8'760.0);
+  add(command, "--max-upload-mb", config.max_upload_mb, "Size of an upload, in MiB")->check(CLI::Range(1UL, 4'095UL));
+  add(command, "--max-queued", config.store.max_queued, "Jobs that may wait")->check(CLI::Range(1UL, 10'000'000UL));
+  add(command, "--quota-mb", config.store.quota_mb, "Space that all jobs may take together, in MiB; 0: the disk's")
+      ->check(CLI::Range(0UL, 1'000'000'000UL));
+  add(command, "--retention-hours", config.retention_hours, "Hours that a job is kept after its end unless it says")
+      ->check(hours);
+  add(command, "--max-retention-hours", config.max_retention_hours, "Hours that a job may ask to be kept")
+      ->check(hours);
+  add(command, "--max-streams", config.max_streams, "Event streams open at a time")->check(CLI::Range(0UL, 50'000UL));
+  add(command, "--max-connections", config.max_connections, "Connections open at a time, each with a thread")
+      ->check(CLI::Range(1UL, 50'000UL));
+}
+
+void add_timeouts(CLI::App& command, ServeConfig& config) {
+  const auto seconds = CLI::Range(0.05, 86'400.0);
+  add(command, "--head-timeout", config.head_timeout, "Seconds for the head of a request to arrive")->check(seconds);
+  add(command, "--body-timeout", config.body_timeout, "Seconds for a body, or for a pause in one")->check(seconds);
+  add(command, "--idle-timeout", config.idle_timeout, "Seconds between two requests of a connection")->check(seconds);
+}
+
 bool is_loopback(const std::string& host) { return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0; }
 
 std::string access_refusal(const ServeConfig& config) {
@@ -128,32 +150,20 @@ std::string access_refusal(const ServeConfig& config) {
 
 void add_serve_options(CLI::App& command, ServeConfig& config) {
   config.workers = std::max(1U, std::thread::hardware_concurrency() / 2);
-  const auto seconds = CLI::Range(0.05, 86'400.0);
   add(command, "--host", config.host, "Address to listen on");
   add(command, "--port", config.port, "Port to listen on; 0 takes any free one")->check(CLI::Range(0, 65'535));
   add_path(command, "--port-file", config.port_file, "File that gets the port once it is listened on");
-  add_access_options(command, config.access);
   add_store_options(command, config.store);
   add(command, "--workers", config.workers, "Worker processes; the default is one for two processors")
       ->check(CLI::Range(0UL, 1'024UL));
-  add(command, "--max-upload-mb", config.max_upload_mb, "Size of an upload, in MiB")->check(CLI::Range(1UL, 4'095UL));
-  add_limit_options(command, config.limits);
-  add(command, "--max-queued", config.store.max_queued, "Jobs that may wait")->check(CLI::Range(1UL, 10'000'000UL));
-  add(command, "--quota-mb", config.store.quota_mb, "Space that all jobs may take together, in MiB; 0: the disk's")
-      ->check(CLI::Range(0UL, 1'000'000'000UL));
-  const auto hours = CLI::Range(0.0, 8'760.0);
-  add(command, "--retention-hours", config.retention_hours, "Hours that a job is kept after its end unless it says")
-      ->check(hours);
-  add(command, "--max-retention-hours", config.max_retention_hours, "Hours that a job may ask to be kept")
-      ->check(hours);
-  add_job_options(command, config.job);
-  add(command, "--max-streams", config.max_streams, "Event streams open at a time")->check(CLI::Range(0UL, 50'000UL));
-  add(command, "--max-connections", config.max_connections, "Connections open at a time, each with a thread")
-      ->check(CLI::Range(1UL, 50'000UL));
-  add(command, "--head-timeout", config.head_timeout, "Seconds for the head of a request to arrive")->check(seconds);
-  add(command, "--body-timeout", config.body_timeout, "Seconds for a body, or for a pause in one")->check(seconds);
-  add(command, "--idle-timeout", config.idle_timeout, "Seconds between two requests of a connection")->check(seconds);
   add_log_options(command, config.log);
+  command.option_defaults()->group("Who may call");
+  add_access_options(command, config.access);
+  command.option_defaults()->group("Limits");
+  add_service_limits(command, config);
+  add_limit_options(command, config.limits);
+  add_job_options(command, config.job);
+  add_timeouts(command, config);
 }
 
 void add_worker_options(CLI::App& command, WorkerConfig& config) {
