@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the tests: tests/run.sh [STEP…]
-# Without a step all of them run but tidy, asan and bench; each runs even when an earlier one failed, unless the build did.
+# Without a step all of them run but tidy, asan, load and bench; each runs even when an earlier one failed, unless the build did.
 #   build     the release preset, tests and benchmarks included
 #   unit service quality   the rooms of tests under ctest
 #   gltf      results of the command line through the Khronos validator
 #   lint      formatting and shellcheck
 #   tidy      the same and clang-tidy
 #   asan      the unit tests under AddressSanitizer and UndefinedBehaviorSanitizer
+#   load      streams, jobs a second, overload and a soak on a real server
 #   bench     proposals per second, against a textbook loop
 set -euo pipefail
 
@@ -52,6 +53,7 @@ run_asan() {
   ctest --preset asan --label-regex '^unit$' --no-tests=error --parallel "$cores"
 }
 
+run_load() { node tests/bench/load.mjs "$bin"; }
 run_bench() { "$bin/crease_bench"; }
 
 if (($# == 1)) && declare -F "run_$1" >/dev/null; then

@@ -237,13 +237,10 @@ void Api::get_metrics(Call& call) {
 
 void Api::finished(const ExchangeSummary& exchange) {
   services_.metrics.count(exchange);
-  nlohmann::ordered_json fields = {{"id", exchange.request_id},
-                                   {"method", exchange.method},
-                                   {"path", without_secrets(exchange.target)},
-                                   {"status", exchange.status},
-                                   {"bytes", exchange.bytes_out},
-                                   {"ms", std::round(exchange.seconds * 1e4) / 10},
-                                   {"remote", exchange.remote}};
+  nlohmann::ordered_json fields = {
+      {"id", exchange.request_id}, {"method", exchange.method},   {"path", without_secrets(exchange.target)},
+      {"status", exchange.status}, {"bytes", exchange.bytes_out}, {"ms", std::round(exchange.seconds * 1e4) / 10},
+      {"remote", exchange.remote}};
   if (!exchange.key.empty()) fields["key"] = exchange.key;
   log_event(spdlog::level::info, "request", fields);
 }

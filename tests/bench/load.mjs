@@ -24,7 +24,7 @@ class Server {
     const name = path.join(folder, `server${Server.count++}`);
     server.process = spawn(
       path.join(bin, "creased"),
-      ["serve", "--port", "0", "--port-file", `${name}.port`, "--data-dir", name, "--log-level", "warning", ...flags],
+      ["serve", "--port", "0", "--port-file", `${name}.port`, "--data-dir", name, "--log-level", "error", ...flags],
       { stdio: ["ignore", "ignore", "inherit"] },
     );
     while (true) {
@@ -184,14 +184,21 @@ async function soak(seconds) {
   const agent = new http.Agent({ keepAlive: true, maxSockets: 8 });
   const end = Date.now() + seconds * 1000, samples = [];
   let calls = 0;
+  const wrong = new Map();
   const round = async (seed) => {
-    const { headers } = await server.submit(seed, "sweeps=1", { agent });
-    await server.call("GET", `${headers.location}/events`, { agent });
-    await server.call("GET", `${headers.location}/mesh?format=obj`, { agent });
-    await server.call("GET", `${headers.location}/labels`, { agent });
-    await server.call("GET", `${headers.location}/mesh?format=nonsense`, { agent });
-    await server.call("DELETE", headers.location, { agent });
-    calls += 6;
+    const submitted = await server.submit(seed, "sweeps=1", { agent });
+    const job = submitted.headers.location;
+    const expect = ({ status, text }, wanted) => {
+      ++calls;
+      if (status !== wanted) wrong.set(`${status} for ${wanted}: ${text.slice(0, 160)}`, 1);
+    };
+    expect(submitted, 202);
+    if (!job) return;
+    expect(await server.call("GET", `${job}/events`, { agent }), 200);
+    expect(await server.call("GET", `${job}/mesh?format=obj`, { agent }), 200);
+    expect(await server.call("GET", `${job}/labels`, { agent }), 200);
+    expect(await server.call("GET", `${job}/mesh?format=nonsense`, { agent }), 400);
+    expect(await server.call("DELETE", job, { agent }), 204);
   };
   const sampler = (async () => {
     while (Date.now() < end) {
@@ -201,6 +208,8 @@ async function soak(seconds) {
   })();
   let seed = 0;
   await Promise.all([...Array.from({ length: 8 }, async () => { while (Date.now() < end) await round(seed++); }), sampler]);
+  for (const answer of [...wrong.keys()].slice(0, 5)) console.log(`       ${answer}`);
+  bound(wrong.size === 0, `soak: every call was answered as it should be`);
   const third = Math.floor(samples.length / 3);
   const most = (part, name) => Math.max(...part.map((sample) => sample[name]));
   for (const [name, slack] of [["memory_mb", 16], ["threads", 2], ["descriptors", 16]]) {
@@ -213,7 +222,7 @@ async function soak(seconds) {
 
 async function overload() {
   const server = await Server.start("--max-connections", "40", "--max-streams", "8", "--workers", "0", "--max-queued",
-    "100", "--trusted-proxy", "127.0.0.1", "--address-rate", "50", "--address-burst", "200");
+    "100", "--trusted-proxy", "127.0.0.1", "--address-rate", "20", "--address-burst", "50");
   const answers = new Map();
   let broken = 0;
   await inParallel(3000, 120, async (i) => {

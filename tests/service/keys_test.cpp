@@ -32,22 +32,23 @@ class Keys : public ::testing::Test {
                           const std::string& body = {}) {
     return exchange(server_->port(), method, target, headers, body);
   }
-  static nlohmann::json submit(const TestKey& key, const Headers& more = {}) {
+  static nlohmann::json submit(const TestKey& key, const Headers& more = {}, const std::string& query = kQuick) {
     Headers headers = key.with({{"Content-Type", "model/obj"}});
     headers.insert(headers.end(), more.begin(), more.end());
-    const auto response = call("POST", "/v1/jobs?" + kQuick, headers, small_obj());
+    const auto response = call("POST", "/v1/jobs?" + query, headers, small_obj());
     EXPECT_EQ(response.status, 202) << response.body;
     return response.json();
   }
-  static std::string finished(const TestKey& key) {
-    const std::string self = "/v1/jobs/" + submit(key)["id"].get<std::string>();
+  static std::string finished(const TestKey& key, const std::string& query = kQuick) {
+    const std::string self = "/v1/jobs/" + submit(key, {}, query)["id"].get<std::string>();
     const auto events = parse_events(call("GET", self + "/events", key.bearer()).body);
     EXPECT_EQ(events.back().type, "succeeded");
     return self;
   }
   static std::set<std::string> listed(const TestKey& key) {
     std::set<std::string> ids;
-    for (const auto& job : call("GET", "/v1/jobs?limit=1000", key.bearer()).json()["jobs"]) ids.insert(job["id"]);
+    const auto page = call("GET", "/v1/jobs?limit=1000", key.bearer()).json();
+    for (const auto& job : page["jobs"]) ids.insert(job["id"]);
     return ids;
   }
 
@@ -149,7 +150,8 @@ TEST_F(Keys, SeeTheirOwnJobsAndAreToldNothingOfOthers) {
 }
 
 TEST_F(Keys, DoNotLearnFromIdsThatOthersSentTheSame) {
-  const std::string of_alice = finished(alice_), of_bob = finished(bob_);
+  const std::string query = "sweeps=2&seed=77";  // of no other test here
+  const std::string of_alice = finished(alice_, query), of_bob = finished(bob_, query);
   EXPECT_NE(of_alice, of_bob);
   EXPECT_EQ(of_alice.size(), of_bob.size()) << "a suffix would say that the id was taken";
   const auto mesh = call("GET", of_alice + "/mesh", alice_.bearer());
@@ -197,6 +199,33 @@ TEST_F(Keys, NeverStandInTheLog) {
     EXPECT_EQ(log.find(key.entry["sha256"].get<std::string>()), std::string::npos);
   }
   EXPECT_NE(log.find("key=" + alice_.id()), std::string::npos) << "but whose call it was";
+}
+
+TEST_F(Keys, OpenTheServiceToTheCommandLine) {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "key").string(), empty = (folder.path() / "empty").string();
+  std::ofstream(file) << alice_.text << "\n";
+  std::ofstream(empty) << "\n";
+  const std::string url = "http://127.0.0.1:" + std::to_string(server_->port());
+  const auto crease = [&](const std::string& before, const std::string& after) {
+    return run_program({"/bin/sh", "-c", before + " exec " CREASE_BIN " list --server " + url + " " + after});
+  };
+  for (const auto& [before, after] :
+       std::vector<std::pair<std::string, std::string>>{{"", "--key " + alice_.text},
+                                                        {"", "--key-file " + file},
+                                                        {"CREASED_KEY=" + alice_.text, ""},
+                                                        {"CREASED_KEY=wrong", "--key-file " + file},
+                                                        {"CREASED_KEY=wrong", "--key " + alice_.text}}) {
+    const Finished listed = crease(before, after);
+    EXPECT_EQ(listed.exit_code, 0) << before << " " << after << listed.errors;
+  }
+  const Finished without = crease("", "");
+  EXPECT_EQ(without.exit_code, 10);
+  EXPECT_NE(without.errors.find("unauthorized"), std::string::npos) << without.errors;
+  EXPECT_EQ(crease("CREASED_KEY=wrong", "").exit_code, 10);
+  EXPECT_EQ(crease("", "--key-file " + empty).exit_code, 2);
+  EXPECT_EQ(crease("", "--key-file /nowhere").exit_code, 9);
+  EXPECT_EQ(crease("", "--key-file " + file + " --key x").exit_code, 2);
 }
 
 TEST(KeyReload, TakesEffectWithoutDroppingConnections) {
