@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <stdexcept>
 #include <thread>
+
+#include "server/http/cors.h"
 
 namespace creased {
 namespace {
@@ -59,39 +62,108 @@ void add_job_options(CLI::App& command, JobConfig& config) {
       ->check(CLI::Range(0.1, 86'400.0));
 }
 
+CLI::Option* add_list(CLI::App& command, const std::string& flag, std::vector<std::string>& values,
+                      const std::string& meaning) {
+  return add(command, flag, values, meaning)->delimiter(',')->allow_extra_args(false)->type_name("TEXT,...");
+}
+
+void add_access_options(CLI::App& command, AccessConfig& config) {
+  const auto many = CLI::Range(0UL, 1'000'000'000UL);
+  const auto rate = CLI::Range(0.0, 1e6), burst = CLI::Range(1.0, 1e6);
+  add_path(command, "--keys", config.keys, "File of API keys, made by `creased key`; read again on SIGHUP");
+  command
+      .add_flag("--open", config.open, "Let anyone who reaches --host use the service; off loopback, this or --keys")
+      ->envname("CREASED_OPEN");
+  add_list(command, "--trusted-proxy", config.trusted_proxies,
+           "Addresses or blocks of proxies whose X-Forwarded-For is believed");
+  add_list(command, "--cors-origin", config.cors_origins,
+           "Origins whose pages may call from a browser; * with --open is any");
+  add(command, "--max-connections-per-address", config.max_connections_per_address,
+      "Connections that an address other than a trusted proxy may have open; 0: no bound")
+      ->check(CLI::Range(0UL, 50'000UL));
+  add(command, "--address-rate", config.address_rate,
+      "Calls a second of an address, other than this machine's, without a key; 0: no bound")
+      ->check(rate);
+  add(command, "--address-burst", config.address_burst, "Calls that an address may make at once")->check(burst);
+  add(command, "--key-rate", config.key_rate, "Calls a second of a key that does not say; 0: no bound")->check(rate);
+  add(command, "--key-burst", config.key_burst, "Calls that a key may make at once that does not say")->check(burst);
+  add(command, "--key-jobs-per-minute", config.key_jobs_per_minute,
+      "Jobs a minute of a key that does not say; 0: no bound")
+      ->check(rate);
+  add(command, "--key-max-queued", config.key_max_queued,
+      "Jobs that may wait of a key that does not say; 0: no bound of its own")
+      ->check(many);
+  add(command, "--key-max-stored-mb", config.key_max_stored_mb,
+      "Space for the jobs of a key that does not say, in MiB; 0: no bound of its own")
+      ->check(many);
+  add(command, "--key-max-streams", config.key_max_streams,
+      "Event streams of a key that does not say; 0: no bound of its own")
+      ->check(many);
+}
+
+void add_service_limits(CLI::App& command, ServeConfig& config) {
+  const auto hours = CLI::Range(0.0, 8'760.0);
+  add(command, "--max-upload-mb", config.max_upload_mb, "Size of an upload, in MiB")->check(CLI::Range(1UL, 4'095UL));
+  add(command, "--max-queued", config.store.max_queued, "Jobs that may wait")->check(CLI::Range(1UL, 10'000'000UL));
+  add(command, "--quota-mb", config.store.quota_mb, "Space that all jobs may take together, in MiB; 0: the disk's")
+      ->check(CLI::Range(0UL, 1'000'000'000UL));
+  add(command, "--retention-hours", config.retention_hours, "Hours that a job is kept after its end unless it says")
+      ->check(hours);
+  add(command, "--max-retention-hours", config.max_retention_hours, "Hours that a job may ask to be kept")
+      ->check(hours);
+  add(command, "--max-streams", config.max_streams, "Event streams open at a time")->check(CLI::Range(0UL, 50'000UL));
+  add(command, "--max-connections", config.max_connections, "Connections open at a time, each with a thread")
+      ->check(CLI::Range(1UL, 50'000UL));
+}
+
+void add_timeouts(CLI::App& command, ServeConfig& config) {
+  const auto seconds = CLI::Range(0.05, 86'400.0);
+  add(command, "--head-timeout", config.head_timeout, "Seconds for the head of a request to arrive")->check(seconds);
+  add(command, "--body-timeout", config.body_timeout, "Seconds for a body, or for a pause in one")->check(seconds);
+  add(command, "--idle-timeout", config.idle_timeout, "Seconds between two requests of a connection")->check(seconds);
+}
+
 bool is_loopback(const std::string& host) { return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0; }
+
+std::string access_refusal(const ServeConfig& config) {
+  const AccessConfig& access = config.access;
+  if (!access.keys.empty() && access.open) return "--keys and --open contradict each other";
+  if (!is_loopback(config.host) && access.keys.empty() && !access.open) {
+    return "listening on " + config.host +
+           " lets anyone who reaches it use the service; give --keys FILE, say --open if that is meant, or listen on "
+           "127.0.0.1";
+  }
+  for (const auto& origin : access.cors_origins) {
+    if (origin == "*" ? !access.open : !is_origin(origin)) {
+      return "--cors-origin " + origin + " is not an origin like https://example.org, nor * together with --open";
+    }
+  }
+  try {
+    AddressList(access.trusted_proxies);
+  } catch (const std::invalid_argument& error) {
+    return std::string("--trusted-proxy ") + error.what();
+  }
+  return {};
+}
 
 }  // namespace
 
 void add_serve_options(CLI::App& command, ServeConfig& config) {
   config.workers = std::max(1U, std::thread::hardware_concurrency() / 2);
-  const auto seconds = CLI::Range(0.05, 86'400.0);
   add(command, "--host", config.host, "Address to listen on");
   add(command, "--port", config.port, "Port to listen on; 0 takes any free one")->check(CLI::Range(0, 65'535));
   add_path(command, "--port-file", config.port_file, "File that gets the port once it is listened on");
-  command.add_flag("--open", config.open, "Let anyone who reaches --host use the service; needed off loopback")
-      ->envname("CREASED_OPEN");
   add_store_options(command, config.store);
   add(command, "--workers", config.workers, "Worker processes; the default is one for two processors")
       ->check(CLI::Range(0UL, 1'024UL));
-  add(command, "--max-upload-mb", config.max_upload_mb, "Size of an upload, in MiB")->check(CLI::Range(1UL, 4'095UL));
-  add_limit_options(command, config.limits);
-  add(command, "--max-queued", config.store.max_queued, "Jobs that may wait")->check(CLI::Range(1UL, 10'000'000UL));
-  add(command, "--quota-mb", config.store.quota_mb, "Space that all jobs may take together, in MiB; 0: the disk's")
-      ->check(CLI::Range(0UL, 1'000'000'000UL));
-  const auto hours = CLI::Range(0.0, 8'760.0);
-  add(command, "--retention-hours", config.retention_hours, "Hours that a job is kept after its end unless it says")
-      ->check(hours);
-  add(command, "--max-retention-hours", config.max_retention_hours, "Hours that a job may ask to be kept")
-      ->check(hours);
-  add_job_options(command, config.job);
-  add(command, "--max-streams", config.max_streams, "Event streams open at a time")->check(CLI::Range(0UL, 50'000UL));
-  add(command, "--max-connections", config.max_connections, "Connections open at a time, each with a thread")
-      ->check(CLI::Range(1UL, 50'000UL));
-  add(command, "--head-timeout", config.head_timeout, "Seconds for the head of a request to arrive")->check(seconds);
-  add(command, "--body-timeout", config.body_timeout, "Seconds for a body, or for a pause in one")->check(seconds);
-  add(command, "--idle-timeout", config.idle_timeout, "Seconds between two requests of a connection")->check(seconds);
   add_log_options(command, config.log);
+  command.option_defaults()->group("Who may call");
+  add_access_options(command, config.access);
+  command.option_defaults()->group("Limits");
+  add_service_limits(command, config);
+  add_limit_options(command, config.limits);
+  add_job_options(command, config.job);
+  add_timeouts(command, config);
 }
 
 void add_worker_options(CLI::App& command, WorkerConfig& config) {
@@ -102,11 +174,32 @@ void add_worker_options(CLI::App& command, WorkerConfig& config) {
   add_log_options(command, config.log);
 }
 
+void add_key_options(CLI::App& command, KeyConfig& config) {
+  command.add_option("name", config.name, "Whose key it is, for people: 1 to 100 bytes")
+      ->required()
+      ->check([](const std::string& name) {
+        return name.empty() || name.size() > kMaxKeyNameBytes ? "a name has 1 to 100 bytes" : "";
+      });
+  add_path(command, "--keys", config.keys, "File that gets the entry; without it the entry is printed");
+}
+
+Gatekeeper::Options gatekeeper_options(const ServeConfig& config) {
+  const AccessConfig& access = config.access;
+  Limits open;
+  open.max_upload_mb = config.max_upload_mb;
+  open.max_faces = config.limits.max_faces;
+  open.requests = {access.address_rate, access.address_burst};
+  Limits key = open;
+  key.max_queued = access.key_max_queued;
+  key.max_stored_mb = access.key_max_stored_mb;
+  key.max_streams = access.key_max_streams;
+  key.requests = {access.key_rate, access.key_burst};
+  key.jobs_per_minute = access.key_jobs_per_minute;
+  return {access.keys, open, key};
+}
+
 std::string refusal(const ServeConfig& config) {
-  if (!is_loopback(config.host) && !config.open) {
-    return "listening on " + config.host +
-           " lets anyone who reaches it use the service; say --open if that is meant, or listen on 127.0.0.1";
-  }
+  if (const std::string reason = access_refusal(config); !reason.empty()) return reason;
   if (config.retention_hours > config.max_retention_hours) {
     return "--retention-hours must not be more than --max-retention-hours";
   }

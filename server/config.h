@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <vector>
 
+#include "server/access/gatekeeper.h"
 #include "server/store/store.h"
 #include "server/worker/worker.h"
 
@@ -35,12 +37,25 @@ struct MeshLimits {
   std::size_t max_faces = 20'000'000;
 };
 
+/// Who may call, from where, and how much.
+struct AccessConfig {
+  std::filesystem::path keys;  ///< empty: no key is asked for
+  bool open = false;           ///< off loopback without keys
+  std::vector<std::string> trusted_proxies, cors_origins;
+  std::size_t max_connections_per_address = 512;  ///< 0: no bound
+  double address_rate = 100, address_burst = 1'000;
+  // Of keys that do not say; 0: no bound.
+  std::size_t key_max_queued = 1'000, key_max_stored_mb = 0, key_max_streams = 100;
+  double key_rate = 100, key_burst = 1'000, key_jobs_per_minute = 0;
+};
+
 /// What `creased serve` runs with. Times in seconds.
 struct ServeConfig {
   LogConfig log;
   StoreConfig store;
   MeshLimits limits;
   JobConfig job;
+  AccessConfig access;
   double retention_hours = 24;  ///< of jobs that do not say
   double max_retention_hours = 720;
   std::string host = "127.0.0.1";
@@ -53,7 +68,6 @@ struct ServeConfig {
   double head_timeout = 10;
   double body_timeout = 30;
   double idle_timeout = 60;
-  bool open = false;
 };
 
 /// What `creased worker` runs with.
@@ -65,12 +79,22 @@ struct WorkerConfig {
   std::string name;  ///< empty: host and process id
 };
 
+/// What `creased key` makes.
+struct KeyConfig {
+  std::string name;
+  std::filesystem::path keys;  ///< empty: the entry is printed
+};
+
 /// Adds the options of a command, each with its default and the environment variable CREASED_* of the same name.
 void add_serve_options(CLI::App& command, ServeConfig& config);
 void add_worker_options(CLI::App& command, WorkerConfig& config);
+void add_key_options(CLI::App& command, KeyConfig& config);
 
 /// Why this configuration is refused; empty: it is not.
 std::string refusal(const ServeConfig& config);
+
+/// How callers are told apart and bounded.
+Gatekeeper::Options gatekeeper_options(const ServeConfig& config);
 
 StoreOptions store_options(const StoreConfig& config);
 WorkerOptions worker_options(const WorkerConfig& config);

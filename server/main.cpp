@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -22,11 +23,10 @@ constexpr int kUsageError = 2;
 
 std::atomic<bool> stop_worker{false};
 
-void mask_ending_signals(int how) {
+void mask_signals(int how, std::initializer_list<int> numbers) {
   sigset_t signals;
   sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
+  for (const int number : numbers) sigaddset(&signals, number);
   pthread_sigmask(how, &signals, nullptr);
 }
 
@@ -35,14 +35,14 @@ int run_serve(const creased::ServeConfig& config) {
     spdlog::critical("{}", reason);
     return kUsageError;
   }
-  mask_ending_signals(SIG_BLOCK);
+  mask_signals(SIG_BLOCK, {SIGTERM, SIGINT, SIGHUP});
   return creased::serve(config, std::filesystem::read_symlink("/proc/self/exe"));
 }
 
 int run_worker(const creased::WorkerConfig& config) {
   std::signal(SIGTERM, [](int) { stop_worker = true; });
   std::signal(SIGINT, [](int) { stop_worker = true; });
-  mask_ending_signals(SIG_UNBLOCK);
+  mask_signals(SIG_UNBLOCK, {SIGTERM, SIGINT});
   auto options = creased::worker_options(config);
   options.executable = std::filesystem::read_symlink("/proc/self/exe");
   if (options.name.empty()) options.name = creased::worker_name(::getpid());
@@ -52,8 +52,19 @@ int run_worker(const creased::WorkerConfig& config) {
 
 int run_compute() {
   std::signal(SIGINT, SIG_IGN);  // ends with its input; Ctrl-C reaches the whole group
-  mask_ending_signals(SIG_UNBLOCK);
+  mask_signals(SIG_UNBLOCK, {SIGTERM, SIGINT});
   return creased::run_compute();
+}
+
+int run_key(const creased::KeyConfig& config) {
+  const creased::NewKey key = creased::make_key(config.name);
+  if (config.keys.empty()) {
+    fmt::print("{}\n{}\n", key.text, key.entry.dump());
+  } else {
+    creased::add_key(config.keys, key.entry);
+    fmt::print("{}\n", key.text);
+  }
+  return 0;
 }
 
 template <typename Run>
@@ -74,6 +85,7 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   creased::ServeConfig serve;
   creased::WorkerConfig worker;
+  creased::KeyConfig key;
   const std::string order =
       "Every option is also read from the environment; a flag wins over --config FILE "
       "(section [serve] or [worker]), and that over the environment.";
@@ -82,6 +94,8 @@ int run(int argc, char** argv) {
   app.add_subcommand("compute", "Check and smooth meshes, confined, for a server or worker that starts this itself");
   creased::add_serve_options(*serve_command->footer(order), serve);
   creased::add_worker_options(*worker_command->footer(order), worker);
+  auto* key_command = app.add_subcommand("key", "Make an API key: the key, then its entry for the file of --keys");
+  creased::add_key_options(*key_command, key);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -89,6 +103,7 @@ int run(int argc, char** argv) {
   }
   if (serve_command->parsed()) return guarded(serve.log, [&] { return run_serve(serve); });
   if (worker_command->parsed()) return guarded(worker.log, [&] { return run_worker(worker); });
+  if (key_command->parsed()) return run_key(key);
   return run_compute();
 }
 

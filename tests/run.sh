@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the tests: tests/run.sh [STEP…]
-# Without a step all of them run but tidy, asan and bench; each runs even when an earlier one failed, unless the build did.
+# Without a step all of them run but tidy, asan, load and bench; each runs even when an earlier one failed, unless the build did.
 #   build     the release preset, tests and benchmarks included
 #   unit service quality   the rooms of tests under ctest
 #   gltf      results of the command line through the Khronos validator
@@ -9,6 +9,7 @@
 #   tsan      the service tests under ThreadSanitizer
 #   tidy      the same and clang-tidy
 #   asan      the unit tests under AddressSanitizer and UndefinedBehaviorSanitizer
+#   load      streams, jobs a second, overload and a soak on a real server
 #   bench     proposals per second, against a textbook loop
 set -euo pipefail
 
@@ -71,6 +72,7 @@ run_fuzz() {
   tests/fuzz/run.sh "$@"
 }
 
+run_load() { node tests/bench/load.mjs "$bin"; }
 run_bench() { "$bin/crease_bench"; }
 
 if { (($# == 1)) || [[ ${2:-} =~ ^[0-9]+$ ]]; } && declare -F "run_$1" >/dev/null; then

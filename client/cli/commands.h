@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "client/cli/console.h"
+#include "client/cli/service_client.h"
 
 namespace crease::client {
 
@@ -20,8 +21,8 @@ void add_service_commands(CLI::App& app, Run& run);
 
 inline constexpr const char* kDefaultServer = "http://127.0.0.1:8080";
 
-/// --server, from CREASED_URL when it is not given.
-CLI::Option* add_server_option(CLI::App& command, std::string& server);
+/// --server, --key and --key-file, from CREASED_URL and CREASED_KEY when they are not given.
+void add_server_options(CLI::App& command, Server& server);
 
 /// --weights
 void add_weights_option(CLI::App& command, std::filesystem::path& weights);

@@ -25,6 +25,8 @@ constexpr auto kMeanings = std::to_array<Meaning>({
     {ExitCode::kNotFound, "there is no such job"},
     {ExitCode::kNotFinished, "the job has not finished"},
     {ExitCode::kFile, "a file cannot be read or written"},
+    {ExitCode::kKeyRefused, "the key is missing, wrong, or may not do this"},
+    {ExitCode::kOverLimit, "more than the limits of the service allow; later it may go"},
 });
 
 constexpr auto kByCode = std::to_array<std::pair<std::string_view, ExitCode>>({
@@ -41,6 +43,8 @@ constexpr auto kByCode = std::to_array<std::pair<std::string_view, ExitCode>>({
 });
 
 ExitCode by_status(int status) {
+  if (status == 401 || status == 403) return ExitCode::kKeyRefused;
+  if (status == 429 || status == 507) return ExitCode::kOverLimit;
   if (status == 503) return ExitCode::kServerUnreachable;
   if (status == 404) return ExitCode::kNotFound;
   if (status == 409) return ExitCode::kNotFinished;
@@ -59,7 +63,8 @@ ExitCode exit_code_of(std::string_view error_code, int status) {
 
 std::string exit_code_help() {
   std::string help = "Exit codes:\n";
-  for (const auto& [exit_code, text] : kMeanings) help += fmt::format("  {}  {}\n", static_cast<int>(exit_code), text);
+  for (const auto& [exit_code, text] : kMeanings)
+    help += fmt::format("  {:>2}  {}\n", static_cast<int>(exit_code), text);
   return help;
 }
 

@@ -17,6 +17,8 @@ enum class ExitCode {
   kNotFound = 7,
   kNotFinished = 8,
   kFile = 9,
+  kKeyRefused = 10,
+  kOverLimit = 11,
 };
 
 /// Codes of what only the client refuses; all others are rows of the service's table.

@@ -15,13 +15,13 @@ using Json = nlohmann::ordered_json;
 
 struct JobOptions {
   Console console;
-  std::string server;
+  Server server;
   std::string id;
 };
 
 struct SubmitOptions {
   Console console;
-  std::string server;
+  Server server;
   std::filesystem::path input, weights;
   std::string input_format;
   ParameterOptions parameters;
@@ -29,7 +29,7 @@ struct SubmitOptions {
 
 struct ListOptions {
   Console console;
-  std::string server;
+  Server server;
   std::string state, cursor;
   std::string limit = "20";
 };
@@ -104,7 +104,7 @@ void add_job_command(CLI::App& app, Run& run, const std::string& name, const std
   CLI::App& command = *app.add_subcommand(name, description);
   auto options = std::make_shared<JobOptions>();
   command.add_option("id", options->id, "Job")->required();
-  add_server_option(command, options->server);
+  add_server_options(command, options->server);
   add_console_options(command, options->console);
   run_with(command, run, options, body);
 }
@@ -116,7 +116,7 @@ void add_submit_command(CLI::App& app, Run& run) {
   command.add_option("--input-format", options->input_format, "Format of the input; otherwise by its name, then bytes");
   add_weights_option(command, options->weights);
   add_parameter_options(command, options->parameters);
-  add_server_option(command, options->server);
+  add_server_options(command, options->server);
   add_console_options(command, options->console);
   run_with(command, run, options, submit);
 }
@@ -128,7 +128,7 @@ void add_list_command(CLI::App& app, Run& run) {
                      "Only jobs in this state: queued, running, succeeded, failed, cancelled");
   command.add_option("--limit", options->limit, "Jobs on a page")->capture_default_str();
   command.add_option("--cursor", options->cursor, "Where to go on, as the page before says");
-  add_server_option(command, options->server);
+  add_server_options(command, options->server);
   add_console_options(command, options->console);
   run_with(command, run, options, list);
 }

@@ -13,7 +13,8 @@ namespace {
 
 struct ResultOptions {
   Console console;
-  std::string server, id, format, min;
+  Server server;
+  std::string id, format, min;
   std::filesystem::path output;
   bool snapshot = false;
 };
@@ -78,7 +79,7 @@ std::shared_ptr<ResultOptions> add_result_command(CLI::App& app, Run& run, const
   CLI::App& command = *app.add_subcommand(name, description);
   auto options = std::make_shared<ResultOptions>();
   command.add_option("id", options->id, "Job")->required();
-  add_server_option(command, options->server);
+  add_server_options(command, options->server);
   add_console_options(command, options->console);
   run_with(command, run, options, body);
   return options;

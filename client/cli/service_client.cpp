@@ -26,11 +26,20 @@ constexpr auto kAnswerTimeout = 300s;  // the service inspects an upload before 
 constexpr auto kRetryPause = 1s;
 constexpr int kMaxRetries = 30;  // without a word from the server
 constexpr std::size_t kPiece = std::size_t{256} * 1024;
-constexpr int kNoContent = 204, kServiceUnavailable = 503;
+constexpr int kNoContent = 204, kTooManyRequests = 429, kServiceUnavailable = 503;
 
 std::string normal_url(std::string url) {
   while (url.ends_with('/')) url.pop_back();
   return url.find("://") == std::string::npos ? "http://" + url : url;
+}
+
+/// \throw Failure file_unreadable, usage when the file holds no key
+std::string key_of(const Server& server) {
+  if (!server.key.empty() || server.key_file.empty()) return server.key;
+  const std::string text = read_file(server.key_file);
+  const std::string key = text.substr(0, text.find_first_of(" \t\r\n"));
+  if (key.empty()) throw Failure(code::kUsage, fmt::format("{} does not begin with a key", server.key_file.string()));
+  return key;
 }
 
 bool is_success(int status) { return status >= 200 && status < 300; }
@@ -102,9 +111,10 @@ httplib::Result post_form(httplib::Client& http, const std::string& target, Uplo
 /// cpp-httplib with the errors of this client.
 class ServiceClient::Connection {
  public:
-  Connection(const std::string& url, Interruption& interruption)
-      : url_(normal_url(url)), interruption_(interruption), http_(url_) {
-    if (!http_.is_valid()) throw Failure(code::kUsage, fmt::format("'{}' is not the URL of a server", url));
+  Connection(const Server& server, Interruption& interruption)
+      : url_(normal_url(server.url)), interruption_(interruption), http_(url_) {
+    if (!http_.is_valid()) throw Failure(code::kUsage, fmt::format("'{}' is not the URL of a server", server.url));
+    if (const std::string key = key_of(server); !key.empty()) http_.set_bearer_token_auth(key);
     http_.set_connection_timeout(kConnectTimeout);
     http_.set_read_timeout(kAnswerTimeout);
     http_.set_tcp_nodelay(true);
@@ -162,8 +172,8 @@ class ServiceClient::Connection {
   httplib::Client http_;
 };
 
-ServiceClient::ServiceClient(const std::string& url, Interruption& interruption)
-    : interruption_(interruption), connection_(std::make_unique<Connection>(url, interruption)) {}
+ServiceClient::ServiceClient(const Server& server, Interruption& interruption)
+    : interruption_(interruption), connection_(std::make_unique<Connection>(server, interruption)) {}
 
 ServiceClient::~ServiceClient() = default;
 
@@ -227,7 +237,7 @@ bool ServiceClient::listen(const std::string& id, std::string& last_event_id, Js
       refusal);
   interruption_.check();
   if (ended) return true;
-  if (!result || result->status == kServiceUnavailable) return false;
+  if (!result || result->status == kServiceUnavailable || result->status == kTooManyRequests) return false;
   connection_->require(result, refusal);
   if (result->status != kNoContent) return false;
   job = get("/v1/jobs/" + id);  // its last event was heard already

@@ -15,14 +15,20 @@ namespace crease::client {
 
 using Query = std::multimap<std::string, std::string>;
 
+/// A service, and what opens it.
+struct Server {
+  std::string url;                 ///< http://host:port or https://host
+  std::string key;                 ///< empty: that of the file
+  std::filesystem::path key_file;  ///< empty: none
+};
+
 /// The calls of the service, one at a time. Every one throws Failure: the service's problem document,
 /// server_unreachable, or interrupted, which ends a call that is under way.
 class ServiceClient {
  public:
   using Json = nlohmann::ordered_json;
 
-  /// `url`: http://host:port
-  ServiceClient(const std::string& url, Interruption& interruption);
+  ServiceClient(const Server& server, Interruption& interruption);
   ~ServiceClient();
   ServiceClient(const ServiceClient&) = delete;
   ServiceClient& operator=(const ServiceClient&) = delete;

@@ -10,8 +10,14 @@ namespace {
 
 struct ServiceOptions {
   Console console;
-  std::string server;
+  Server server;
 };
+
+// Not through CLI11: a variable that is merely set must not exclude --local as the option does.
+std::string from_environment(const char* name, const char* otherwise) {
+  const char* const variable = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before any thread
+  return variable != nullptr && *variable != '\0' ? variable : otherwise;
+}
 
 ExitCode parameters(const ServiceOptions& options) {
   options.console.result(parameters_schema(), parameter_help());
@@ -26,11 +32,19 @@ ExitCode health(const ServiceOptions& options) {
 
 }  // namespace
 
-CLI::Option* add_server_option(CLI::App& command, std::string& server) {
-  // Not through CLI11: a variable that is merely set must not exclude --local as --server does.
-  const char* const variable = std::getenv("CREASED_URL");  // NOLINT(concurrency-mt-unsafe): before any thread
-  server = variable != nullptr && *variable != '\0' ? variable : kDefaultServer;
-  return command.add_option("--server", server, "URL of the service; otherwise CREASED_URL")->capture_default_str();
+void add_server_options(CLI::App& command, Server& server) {
+  server.url = from_environment("CREASED_URL", kDefaultServer);
+  server.key = from_environment("CREASED_KEY", "");
+  command.add_option("--server", server.url, "URL of the service; otherwise CREASED_URL")->capture_default_str();
+  auto* const key = command.add_option("--key", server.key,
+                                       "Key of the service, which others see in the list of processes; otherwise "
+                                       "--key-file, or CREASED_KEY");
+  command
+      .add_option_function<std::string>(
+          "--key-file", [&server](const std::string& file) { server.key.clear(), server.key_file = file; },
+          "File that begins with the key")
+      ->type_name("PATH")
+      ->excludes(key);
 }
 
 void add_weights_option(CLI::App& command, std::filesystem::path& weights) {
@@ -46,7 +60,7 @@ void add_service_commands(CLI::App& app, Run& run) {
 
   const auto of_health = std::make_shared<ServiceOptions>();
   CLI::App& health_command = *app.add_subcommand("health", "Ask whether the service takes jobs");
-  add_server_option(health_command, of_health->server);
+  add_server_options(health_command, of_health->server);
   add_console_options(health_command, of_health->console);
   run_with(health_command, run, of_health, health);
 }

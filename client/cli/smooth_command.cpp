@@ -19,7 +19,8 @@ using Json = nlohmann::ordered_json;
 struct SmoothOptionsOfCommand {
   Console console;
   std::filesystem::path input, weights, output, labels, ridges, report;
-  std::string input_format, format, server;
+  std::string input_format, format;
+  Server server;
   ParameterOptions parameters;
   bool local = false;
 };
@@ -84,7 +85,7 @@ void require_success(const Json& json) {
   throw Failure(to_json(job.error()), ExitCode::kJobFailed);
 }
 
-void cancel(const std::string& server, const std::string& id) {
+void cancel(const Server& server, const std::string& id) {
   Interruption second;  // the first has been used up
   ServiceClient(server, second).post("/v1/jobs/" + id + "/cancel");
 }
@@ -156,8 +157,9 @@ void add_smooth_command(CLI::App& app, Run& run) {
   command.add_option("--report", options->report, "Energies of every sweep, counts and timings, as JSON");
   add_weights_option(command, options->weights);
   add_parameter_options(command, options->parameters);
-  CLI::Option* const server = add_server_option(command, options->server);
-  command.add_flag("--local", options->local, "Run in this process; the files are the same")->excludes(server);
+  add_server_options(command, options->server);
+  command.add_flag("--local", options->local, "Run in this process; the files are the same")
+      ->excludes(command.get_option("--server"), command.get_option("--key"), command.get_option("--key-file"));
   add_console_options(command, options->console);
   run_with(command, run, options, smooth);
 }

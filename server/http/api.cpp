@@ -44,7 +44,9 @@ void answer_json(Call& call, const nlohmann::ordered_json& answer, const std::st
 }  // namespace
 
 Api::Api(const Services& services)
-    : services_(services), downloads_(services.store), streams_(services.watcher, services.max_streams) {
+    : services_(services),
+      downloads_(services.store),
+      streams_(services.store, services.watcher, services.max_streams) {
   handlers_ = {
       {"submit_job", [this](Call& call) { submit_job(services_, call); }},
       {"list_jobs", [this](Call& call) { list_jobs(services_, call); }},
@@ -72,7 +74,8 @@ Api::Api(const Services& services)
 }
 
 GuardedServer::Hooks Api::hooks() {
-  return {[this](const RequestHead& head) { return body_limit(head); },
+  return {[this](Exchange& exchange) { return begin(exchange); },
+          [this](const Exchange& exchange, httplib::Response& response) { complete(exchange, response); },
           [this](const ExchangeSummary& exchange) { finished(exchange); }, problem_json};
 }
 
@@ -102,15 +105,68 @@ void Api::attach(GuardedServer& server) {
   });
 }
 
-std::uint64_t Api::body_limit(const RequestHead& head) const {
-  const RouteMatch match = match_route(head.method, head.path());
-  return match.route != nullptr && match.route->takes_parameters() ? services_.max_upload_bytes : kSmallBody;
+std::uint64_t Api::begin(Exchange& exchange) {
+  const RequestHead& head = exchange.head;
+  const RouteMatch match = match_route(head.method, exchange.path);
+  if (match.route != nullptr) exchange.route = match.route->path;
+  exchange.caller = services_.gate.identify(head.header("Authorization"));
+  try {
+    admit(exchange, match);
+  } catch (const Error& error) {
+    exchange.refusal = error;
+  }
+  const bool upload = match.route != nullptr && match.route->takes_parameters();
+  return upload ? std::uint64_t{exchange.caller.limits.max_upload_mb} << 20U : kSmallBody;
+}
+
+void Api::admit(Exchange& exchange, const RouteMatch& match) {
+  const Access access = match.route == nullptr ? Access::kKey : match.route->access;
+  if (access == Access::kProbe) return;
+  count(exchange, match);
+  // A browser asks without a key whether it may come with one.
+  if (exchange.head.method == "OPTIONS") return;
+  check_key(exchange, access);
+  if (services_.cors.forbids(exchange.head)) {
+    throw Error("origin_not_allowed",
+                fmt::format("pages of {} may not change anything here", exchange.head.header("Origin")));
+  }
+}
+
+void Api::check_key(const Exchange& exchange, Access access) const {
+  if (!services_.gate.keyed() || access == Access::kOpen) return;
+  if (access == Access::kMetrics && exchange.source.local) return;
+  if (exchange.caller.key == nullptr) {
+    const bool given = exchange.head.count("Authorization") > 0;
+    throw Error("unauthorized", given ? "the key is none of this service"
+                                      : "this call needs a key: Authorization: Bearer, and the key");
+  }
+  if (access == Access::kMetrics && !exchange.caller.key->metrics) {
+    throw Error("forbidden", "the key is not one that may read metrics");
+  }
+}
+
+void Api::count(Exchange& exchange, const RouteMatch& match) {
+  auto wait = services_.gate.count_call(exchange.caller, exchange.source);
+  std::string_view what = "calls";
+  const bool allowed = !services_.gate.keyed() || exchange.caller.key != nullptr;
+  if (wait.count() == 0 && allowed && match.route != nullptr && match.route->takes_parameters()) {
+    wait = services_.gate.count_job(exchange.caller, exchange.source);
+    what = "jobs";
+  }
+  if (wait.count() == 0) return;
+  exchange.retry_after = wait;
+  throw Error("rate_limited",
+              fmt::format("more {} than the rate allows; the next is taken in {} s", what, wait.count()));
+}
+
+void Api::complete(const Exchange& exchange, httplib::Response& response) const {
+  services_.cors.add_headers(exchange.head, response);
 }
 
 Api::ServerResult Api::before_routing(const httplib::Request& request, httplib::Response& response) {
   const RouteMatch match = match_route(request.method, request.path);
-  Exchange& exchange = GuardedServer::exchange();
-  if (match.route != nullptr) exchange.route = match.route->path;
+  const Exchange& exchange = GuardedServer::exchange();
+  if (exchange.refusal) return refuse(exchange, response);
   if (request.method == "OPTIONS" && (request.path == "*" || !match.allowed.empty())) {
     response.status = 204;
     response.set_header("Allow", request.path == "*" ? "GET, HEAD, POST, DELETE, OPTIONS"
@@ -119,6 +175,19 @@ Api::ServerResult Api::before_routing(const httplib::Request& request, httplib::
   }
   guarded(response, exchange.request_id, [&] { refuse_early(request, match, response); });
   return response.status == -1 ? ServerResult::Unhandled : ServerResult::Handled;
+}
+
+Api::ServerResult Api::refuse(const Exchange& exchange, httplib::Response& response) {
+  if (exchange.retry_after.count() > 0) {
+    response.set_header("Retry-After", std::to_string(exchange.retry_after.count()));
+  }
+  if (exchange.refusal->code() == "unauthorized") {
+    const bool given = exchange.head.count("Authorization") > 0;
+    response.set_header("WWW-Authenticate",
+                        given ? R"(Bearer realm="creased", error="invalid_token")" : R"(Bearer realm="creased")");
+  }
+  answer_problem(response, *exchange.refusal, exchange.request_id);
+  return ServerResult::Handled;
 }
 
 int Api::before_body(const httplib::Request& request, httplib::Response& response) {
@@ -168,14 +237,12 @@ void Api::get_metrics(Call& call) {
 
 void Api::finished(const ExchangeSummary& exchange) {
   services_.metrics.count(exchange);
-  log_event(spdlog::level::info, "request",
-            {{"id", exchange.request_id},
-             {"method", exchange.method},
-             {"path", exchange.target},
-             {"status", exchange.status},
-             {"bytes", exchange.bytes_out},
-             {"ms", std::round(exchange.seconds * 1e4) / 10},
-             {"remote", exchange.remote}});
+  nlohmann::ordered_json fields = {
+      {"id", exchange.request_id}, {"method", exchange.method},   {"path", without_secrets(exchange.target)},
+      {"status", exchange.status}, {"bytes", exchange.bytes_out}, {"ms", std::round(exchange.seconds * 1e4) / 10},
+      {"remote", exchange.remote}};
+  if (!exchange.key.empty()) fields["key"] = exchange.key;
+  log_event(spdlog::level::info, "request", fields);
 }
 
 }  // namespace creased

@@ -24,10 +24,16 @@ class Api {
   using ServerResult = httplib::Server::HandlerResponse;
 
   ServerResult before_routing(const httplib::Request& request, httplib::Response& response);
+  static ServerResult refuse(const Exchange& exchange, httplib::Response& response);
   int before_body(const httplib::Request& request, httplib::Response& response);
   void refuse_early(const httplib::Request& request, const RouteMatch& match, httplib::Response& response) const;
   void dispatch(const httplib::Request& request, httplib::Response& response, const httplib::ContentReader* body);
-  std::uint64_t body_limit(const RequestHead& head) const;
+  std::uint64_t begin(Exchange& exchange);
+  /// Settles whether the caller may make this call at all, and now.
+  void admit(Exchange& exchange, const RouteMatch& match);
+  void check_key(const Exchange& exchange, Access access) const;
+  void count(Exchange& exchange, const RouteMatch& match);
+  void complete(const Exchange& exchange, httplib::Response& response) const;
   void finished(const ExchangeSummary& exchange);
 
   void get_readiness(Call& call);

@@ -4,6 +4,8 @@
 #include <functional>
 #include <string>
 
+#include "server/access/gatekeeper.h"
+#include "server/http/cors.h"
 #include "server/http/guarded_server.h"
 #include "server/http/job_watcher.h"
 #include "server/http/library.h"
@@ -20,8 +22,9 @@ struct Services {
   Inspector& inspector;
   JobWatcher& watcher;
   Metrics& metrics;
+  Gatekeeper& gate;
   const std::atomic<bool>& shutting_down;
-  std::uint64_t max_upload_bytes = 0;
+  CorsPolicy cors;
   std::size_t max_streams = 0;
   double retention_hours = 0, max_retention_hours = 0;
 };
@@ -35,6 +38,9 @@ struct Call {
   std::string id;                                ///< of the job in the path
   const httplib::ContentReader* body = nullptr;  ///< null for methods without one
 
+  const Caller& caller() const { return exchange.caller; }
+  /// Whose jobs this call can see.
+  std::string owner() const { return caller().owner(); }
   std::string query(const std::string& name, std::string otherwise = {}) const {
     return query_value(request.params, name, std::move(otherwise));
   }
@@ -42,8 +48,8 @@ struct Call {
 
 using Handler = std::function<void(Call&)>;
 
-/// The job of the path. \throw crease::Error job_not_found
-crease::v1::Job find_job(Store& store, const std::string& id);
+/// The caller's job of the path. \throw crease::Error job_not_found
+crease::v1::Job find_job(Store& store, const Call& call);
 
 /// A job as the API shows it, with its links.
 std::string job_json(const crease::v1::Job& job);

@@ -52,7 +52,7 @@ std::string read_whole(const std::filesystem::path& path) {
 }  // namespace
 
 void Downloads::get_mesh(Call& call) {
-  const auto job = find_job(store_, call.id);
+  const auto job = find_job(store_, call);
   const MeshFormat format = wanted_format(call, kMeshFormats);
   const bool snapshot = query_flag(call.request.params, "snapshot") && !is_terminal(job.state());
   if (!snapshot) require_success(job);
@@ -66,7 +66,7 @@ void Downloads::get_mesh(Call& call) {
 }
 
 void Downloads::get_labels(Call& call) {
-  const auto job = find_job(store_, call.id);
+  const auto job = find_job(store_, call);
   require_success(job);
   const std::string format = call.query("format", "json");
   const double min = query_number(call.request.params, "min", 0);
@@ -82,7 +82,7 @@ void Downloads::get_labels(Call& call) {
 }
 
 void Downloads::get_ridges(Call& call) {
-  const auto job = find_job(store_, call.id);
+  const auto job = find_job(store_, call);
   const MeshFormat format = wanted_format(call, kRidgeFormats);
   require_success(job);
   Download download;
@@ -93,7 +93,7 @@ void Downloads::get_ridges(Call& call) {
 }
 
 void Downloads::get_report(Call& call) {
-  const auto job = find_job(store_, call.id);
+  const auto job = find_job(store_, call);
   require_success(job);
   const std::string bytes = read_whole(store_.file_path(job.id(), file::kReport));
   if (call.query("format") == "pb") {

@@ -15,17 +15,6 @@ constexpr milliseconds kHeartbeat{10'000};
 constexpr milliseconds kLook{500};  // for a client that has gone
 constexpr std::string_view kRetry = "retry: 1000\n\n";
 
-class Slot {
- public:
-  explicit Slot(std::shared_ptr<std::atomic<std::size_t>> count) : count_(std::move(count)) {}
-  ~Slot() { --*count_; }
-  Slot(const Slot&) = delete;
-  Slot& operator=(const Slot&) = delete;
-
- private:
-  std::shared_ptr<std::atomic<std::size_t>> count_;
-};
-
 std::uint64_t last_event_id(std::string_view header) {
   std::uint64_t id = 0;
   const auto [stop, error] = std::from_chars(header.data(), header.data() + header.size(), id);
@@ -38,11 +27,52 @@ std::string event_of(const JobView& view) {
                      ended ? job_json(view.job) : crease::to_json(view.job.progress()).dump());
 }
 
-/// One stream: called again and again for its next piece.
-class EventStream {
+}  // namespace
+
+void EventStreams::Open::add(const std::string& owner) {
+  const std::lock_guard lock(mutex_);
+  ++all_;
+  ++by_owner_[owner];
+}
+
+void EventStreams::Open::remove(const std::string& owner) {
+  const std::lock_guard lock(mutex_);
+  --all_;
+  const auto found = by_owner_.find(owner);
+  if (--found->second == 0) by_owner_.erase(found);
+}
+
+std::size_t EventStreams::Open::count() const {
+  const std::lock_guard lock(mutex_);
+  return all_;
+}
+
+std::size_t EventStreams::Open::count(const std::string& owner) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = by_owner_.find(owner);
+  return found == by_owner_.end() ? 0 : found->second;
+}
+
+/// Counts one stream for as long as it lives.
+class EventStreams::Slot {
  public:
-  EventStream(JobWatcher& watcher, std::unique_ptr<JobWatcher::Subscription> subscription, std::unique_ptr<Slot> slot,
-              std::uint64_t version, GuardedStream& connection)
+  Slot(std::shared_ptr<Open> open, std::string owner) : open_(std::move(open)), owner_(std::move(owner)) {
+    open_->add(owner_);
+  }
+  ~Slot() { open_->remove(owner_); }
+  Slot(const Slot&) = delete;
+  Slot& operator=(const Slot&) = delete;
+
+ private:
+  std::shared_ptr<Open> open_;
+  std::string owner_;
+};
+
+/// One stream: called again and again for its next piece.
+class EventStreams::Stream {
+ public:
+  Stream(JobWatcher& watcher, std::unique_ptr<JobWatcher::Subscription> subscription, std::unique_ptr<Slot> slot,
+         std::uint64_t version, GuardedStream& connection)
       : watcher_(watcher),
         subscription_(std::move(subscription)),
         slot_(std::move(slot)),
@@ -94,14 +124,24 @@ class EventStream {
   JobWatcher::Clock::time_point last_sent_;
 };
 
-}  // namespace
+/// Counted first and looked at afterwards, so that two at once do not both see the last place free.
+std::unique_ptr<EventStreams::Slot> EventStreams::take_slot(const Caller& caller) {
+  const std::string owner = caller.owner();
+  auto slot = std::make_unique<Slot>(open_, owner);
+  if (open_->count() > max_streams_) {
+    throw crease::Error("too_many_streams", fmt::format("{} event streams are open", max_streams_));
+  }
+  const std::size_t own = caller.limits.max_streams;
+  if (own > 0 && open_->count(owner) > own) {
+    throw crease::Error("key_streams_full", fmt::format("{} event streams of this key are open", own));
+  }
+  return slot;
+}
 
 void EventStreams::open(Call& call) {
   if (watcher_.closed()) throw crease::Error("shutting_down", "the server is going down");
-  const bool full = ++*count_ > max_streams_;
-  auto slot = std::make_unique<Slot>(count_);
-  if (full) throw crease::Error("too_many_streams", fmt::format("{} event streams are open", max_streams_));
-
+  find_job(store_, call);
+  auto slot = take_slot(call.caller());
   auto subscription = watcher_.subscribe(call.id);
   if (subscription == nullptr) throw crease::Error("job_not_found", "there is no job '" + call.id + "'");
   const std::uint64_t version = last_event_id(call.exchange.head.header("Last-Event-ID"));
@@ -112,7 +152,7 @@ void EventStreams::open(Call& call) {
   }
   call.response.set_header("X-Accel-Buffering", "no");
   auto stream =
-      std::make_shared<EventStream>(watcher_, std::move(subscription), std::move(slot), version, call.exchange.stream);
+      std::make_shared<Stream>(watcher_, std::move(subscription), std::move(slot), version, call.exchange.stream);
   const auto provider = [stream](std::size_t, httplib::DataSink& sink) { return stream->next(sink); };
   if (call.exchange.head.version == "HTTP/1.1") {
     call.response.set_chunked_content_provider("text/event-stream", provider);

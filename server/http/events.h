@@ -1,7 +1,9 @@
 #pragma once
 
-#include <atomic>
 #include <memory>
+#include <mutex>
+#include <string>
+#include <unordered_map>
 
 #include "server/http/call.h"
 
@@ -10,16 +12,36 @@ namespace creased {
 /// GET /v1/jobs/{id}/events: server-sent events, a bounded number of streams at a time.
 class EventStreams {
  public:
-  EventStreams(JobWatcher& watcher, std::size_t max_streams) : watcher_(watcher), max_streams_(max_streams) {}
+  EventStreams(Store& store, JobWatcher& watcher, std::size_t max_streams)
+      : store_(store), watcher_(watcher), max_streams_(max_streams) {}
 
   /// Sends `progress` with the progress, then `succeeded`, `failed` or `cancelled` with the job; `id` is the version.
   void open(Call& call);
-  std::size_t count() const { return *count_; }
+  std::size_t count() const { return open_->count(); }
 
  private:
+  /// The streams that are open, in all and by owner.
+  class Open {
+   public:
+    void add(const std::string& owner);
+    void remove(const std::string& owner);
+    std::size_t count() const;
+    std::size_t count(const std::string& owner) const;
+
+   private:
+    mutable std::mutex mutex_;
+    std::size_t all_ = 0;
+    std::unordered_map<std::string, std::size_t> by_owner_;
+  };
+  class Slot;
+  class Stream;
+
+  std::unique_ptr<Slot> take_slot(const Caller& caller);
+
+  Store& store_;
   JobWatcher& watcher_;
   std::size_t max_streams_;
-  std::shared_ptr<std::atomic<std::size_t>> count_ = std::make_shared<std::atomic<std::size_t>>(0);
+  std::shared_ptr<Open> open_ = std::make_shared<Open>();
 };
 
 }  // namespace creased

@@ -8,6 +8,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <array>
 #include <random>
 #include <system_error>
 
@@ -18,6 +19,8 @@ namespace {
 
 constexpr std::size_t kSpareThreads = 16;  // to refuse connections over the bound
 constexpr int kBacklog = 511;              // cpp-httplib's own is 5
+constexpr std::chrono::milliseconds kLinger{3'000};
+constexpr std::chrono::milliseconds kShortLinger{200};  // for connections over a bound, which must not hold threads
 
 thread_local Exchange* current_exchange = nullptr;
 
@@ -58,13 +61,37 @@ void parse_query(std::string_view query, httplib::Params& params) {
   }
 }
 
+/// The values of all headers of that name as one list.
+std::string joined_header(const RequestHead& head, std::string_view name) {
+  std::string list;
+  for (const auto& [key, value] : head.headers) {
+    if (equals_ignoring_case(key, name)) list += (list.empty() ? "" : ",") + value;
+  }
+  return list;
+}
+
+Address peer_of(const GuardedStream& stream) {
+  std::string text;
+  int port = 0;
+  stream.get_remote_ip_and_port(text, port);
+  return Address::parse(text).value_or(Address());
+}
+
+/// Headers of every answer: pages must neither guess types, nor run or embed what comes from here.
+constexpr std::array<std::pair<const char*, const char*>, 5> kSecurityHeaders = {
+    {{"X-Content-Type-Options", "nosniff"},
+     {"Content-Security-Policy", "default-src 'none'; frame-ancestors 'none'"},
+     {"Referrer-Policy", "no-referrer"},
+     {"Cross-Origin-Resource-Policy", "same-origin"},
+     {"Server", "creased"}}};
+
 void fill_request(const Exchange& exchange, httplib::Request& request) {
   const RequestHead& head = exchange.head;
   const std::string_view path = head.path();
   request.method = head.method;
   request.target = head.target;
   request.version = head.version;
-  request.path = httplib::detail::decode_url(std::string(path), false);
+  request.path = exchange.path;
   parse_query(std::string_view(head.target).substr(std::min(path.size() + 1, head.target.size())), request.params);
   request.headers.clear();
   for (const auto& [name, value] : head.headers) {
@@ -95,7 +122,7 @@ int port_of(int socket) {
 
 }  // namespace
 
-GuardedServer::GuardedServer(const Options& options, Hooks hooks) : options_(options), hooks_(std::move(hooks)) {
+GuardedServer::GuardedServer(Options options, Hooks hooks) : options_(std::move(options)), hooks_(std::move(hooks)) {
   new_task_queue = [threads = options_.max_connections + kSpareThreads] { return new httplib::ThreadPool(threads); };
   set_post_routing_handler(
       [this](const httplib::Request&, httplib::Response& response) { complete_headers(response); });
@@ -135,21 +162,16 @@ bool GuardedServer::process_and_close_socket(int socket) {
   ::fcntl(socket, F_SETFD, FD_CLOEXEC);
   ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
   GuardedStream stream(socket, options_.stream);
-  switch (admit(socket)) {
-    case Admission::kAdmitted:
-      try {
-        converse(stream);
-      } catch (const std::exception& error) {
-        spdlog::error("a connection ended by an error: {}", error.what());
-      }
-      release(socket);
-      break;
-    case Admission::kTooMany:
-      refuse(stream, crease::Error("too_many_connections", "all connections are taken; try again in a moment"));
-      break;
-    case Admission::kDraining:
-      refuse(stream, crease::Error("shutting_down", "the server is going down"));
-      break;
+  try {
+    admit(socket, peer_of(stream));
+    try {
+      converse(stream);
+    } catch (const std::exception& error) {
+      spdlog::error("a connection ended by an error: {}", error.what());
+    }
+    release(socket);
+  } catch (const crease::Error& error) {
+    refuse(stream, error, kShortLinger);
   }
   ::shutdown(socket, SHUT_RDWR);
   ::close(socket);
@@ -169,45 +191,55 @@ std::optional<RequestHead> GuardedServer::head_or_refusal(GuardedStream& stream)
   try {
     return stream.read_head();
   } catch (const crease::Error& error) {
-    refuse(stream, error);
+    refuse(stream, error, kLinger);
     return std::nullopt;
   }
 }
 
 bool GuardedServer::answer(GuardedStream& stream, const RequestHead& head) {
   const auto start = GuardedStream::Clock::now();
-  Exchange exchange{stream, head, request_id_of(head), "", !head.keep_alive || draining_, 0};
-  stream.begin(head, std::string(kReplay), hooks_.body_limit(head));
+  Exchange exchange{stream,
+                    head,
+                    request_id_of(head),
+                    httplib::detail::decode_url(std::string(head.path()), false),
+                    source_of(stream, head),
+                    !head.keep_alive || draining_};
+  stream.begin(head, std::string(kReplay), hooks_.begin(exchange));
   current_exchange = &exchange;
   bool closed = false;
   const bool written = process_request(stream, exchange.close, closed,
                                        [&](httplib::Request& request) { fill_request(exchange, request); });
   current_exchange = nullptr;
 
-  std::string remote;
-  int port = 0;
-  stream.get_remote_ip_and_port(remote, port);
   const std::chrono::duration<double> time = GuardedStream::Clock::now() - start;
-  hooks_.finished({exchange.request_id, head.method, head.target, exchange.route, remote, exchange.status,
-                   stream.body_bytes(), stream.bytes_written(), time.count()});
-  if (!stream.body_complete()) stream.linger();
+  hooks_.finished({exchange.request_id, head.method, head.target, exchange.route, exchange.source.address.text(),
+                   exchange.caller.owner(), exchange.status, stream.body_bytes(), stream.bytes_written(),
+                   time.count()});
+  if (!stream.body_complete()) stream.linger(kLinger);
   return written && !exchange.close && stream.body_complete();
 }
 
-void GuardedServer::refuse(GuardedStream& stream, const crease::Error& error) {
+Source GuardedServer::source_of(const GuardedStream& stream, const RequestHead& head) const {
+  const Address peer = peer_of(stream);
+  const std::string forwarded = joined_header(head, "X-Forwarded-For");
+  const Address client = client_of(peer, forwarded, options_.trusted_proxies);
+  const bool direct = forwarded.empty() && head.count("Forwarded") == 0;
+  return {client, client.is_loopback() && (direct || options_.trusted_proxies.contains(peer))};
+}
+
+void GuardedServer::refuse(GuardedStream& stream, const crease::Error& error, std::chrono::milliseconds linger) {
   const auto& kind = crease::error_kind(error.code());
   const std::string id = new_request_id();
   const std::string body = hooks_.problem(error, id);
-  stream.write(
-      fmt::format("HTTP/1.1 {} {}\r\nContent-Type: application/problem+json\r\nContent-Length: {}\r\n"
-                  "Connection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n"
-                  "X-Request-Id: {}\r\nServer: creased\r\n{}\r\n{}",
-                  kind.status, kind.title, body.size(), id, kind.status == 503 ? "Retry-After: 1\r\n" : "", body));
-  std::string remote;
-  int port = 0;
-  stream.get_remote_ip_and_port(remote, port);
-  hooks_.finished({id, "", "", "", remote, kind.status, 0, stream.bytes_written(), 0});
-  stream.linger();
+  std::string head = fmt::format(
+      "HTTP/1.1 {} {}\r\nContent-Type: application/problem+json\r\nContent-Length: {}\r\nConnection: close\r\n"
+      "Cache-Control: no-store\r\nX-Request-Id: {}\r\n",
+      kind.status, kind.title, body.size(), id);
+  for (const auto& [name, value] : kSecurityHeaders) head += fmt::format("{}: {}\r\n", name, value);
+  if (kind.status == 503 || kind.status == 429) head += "Retry-After: 1\r\n";
+  stream.write(head + "\r\n" + body);
+  hooks_.finished({id, "", "", "", peer_of(stream).text(), "", kind.status, 0, stream.bytes_written(), 0});
+  stream.linger(linger);
 }
 
 void GuardedServer::complete_headers(httplib::Response& response) const {
@@ -225,46 +257,60 @@ void GuardedServer::complete_headers(httplib::Response& response) const {
   if (response.status == 204 || response.status == 304) headers.erase("Content-Length");
   if (!response.content_provider_ && response.status != 416) headers.erase("Accept-Ranges");
   if (!response.has_header("Cache-Control")) headers.emplace("Cache-Control", "no-store");
-  headers.emplace("X-Content-Type-Options", "nosniff");
+  for (const auto& [name, value] : kSecurityHeaders) {
+    if (!response.has_header(name)) headers.emplace(name, value);
+  }
   headers.emplace("X-Request-Id", exchange.request_id);
-  headers.emplace("Server", "creased");
+  hooks_.complete(exchange, response);
 }
 
-GuardedServer::Admission GuardedServer::admit(int socket) {
+void GuardedServer::admit(int socket, const Address& peer) {
+  const std::string address = peer.subscriber();
+  const bool bounded = options_.max_connections_per_address > 0 && !options_.trusted_proxies.contains(peer);
   const std::lock_guard lock(mutex_);
-  if (draining_) return Admission::kDraining;
-  if (connections_.size() >= options_.max_connections) return Admission::kTooMany;
-  connections_[socket] = false;
-  return Admission::kAdmitted;
+  if (draining_) throw crease::Error("shutting_down", "the server is going down");
+  if (connections_.size() >= options_.max_connections) {
+    throw crease::Error("too_many_connections", "all connections are taken; try again in a moment");
+  }
+  std::size_t& open = of_address_[address];
+  if (bounded && open >= options_.max_connections_per_address) {
+    throw crease::Error("address_connections_full", fmt::format("{} connections of your address are open", open));
+  }
+  ++open;
+  connections_[socket] = {address, false};
 }
 
 bool GuardedServer::set_active(int socket, bool active) {
   const std::lock_guard lock(mutex_);
-  connections_[socket] = active;
+  connections_[socket].active = active;
   if (!active) changed_.notify_all();
   return active || !draining_;
 }
 
 void GuardedServer::release(int socket) {
   const std::lock_guard lock(mutex_);
-  connections_.erase(socket);
+  const auto connection = connections_.find(socket);
+  const auto address = of_address_.find(connection->second.address);
+  if (--address->second == 0) of_address_.erase(address);
+  connections_.erase(connection);
   changed_.notify_all();
 }
 
 void GuardedServer::drain(std::chrono::milliseconds grace) {
   const auto none_active = [this] {
-    return std::none_of(connections_.begin(), connections_.end(), [](const auto& entry) { return entry.second; });
+    return std::none_of(connections_.begin(), connections_.end(),
+                        [](const auto& entry) { return entry.second.active; });
   };
   std::unique_lock lock(mutex_);
   draining_ = true;
-  for (const auto& [socket, active] : connections_) {
-    if (!active) ::shutdown(socket, SHUT_RD);
+  for (const auto& [socket, connection] : connections_) {
+    if (!connection.active) ::shutdown(socket, SHUT_RD);
   }
   changed_.wait_for(lock, grace, none_active);
   lock.unlock();
   stop();
   lock.lock();
-  for (const auto& [socket, active] : connections_) ::shutdown(socket, SHUT_RDWR);
+  for (const auto& [socket, connection] : connections_) ::shutdown(socket, SHUT_RDWR);
 }
 
 }  // namespace creased

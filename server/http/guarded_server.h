@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <mutex>
@@ -8,6 +9,7 @@
 #include <unordered_map>
 
 #include "core/error.h"
+#include "server/access/gatekeeper.h"
 #include "server/http/guarded_stream.h"
 #include "server/http/library.h"
 
@@ -18,14 +20,19 @@ struct Exchange {
   GuardedStream& stream;
   const RequestHead& head;
   std::string request_id;
-  std::string route;   ///< template of the path, for metrics
-  bool close = false;  ///< the connection ends after this answer
+  std::string path;  ///< percent-decoded
+  Source source;
+  bool close = false;      ///< the connection ends after this answer
+  std::string route = {};  ///< template of the path, for metrics
+  Caller caller = {};
+  std::optional<crease::Error> refusal = {};  ///< why the request gets no further than its head
+  std::chrono::seconds retry_after{0};        ///< 0: as its refusal has it
   int status = 0;
 };
 
 /// What is known of a request when it is over.
 struct ExchangeSummary {
-  std::string request_id, method, target, route, remote;
+  std::string request_id, method, target, route, remote, key;
   int status = 0;  ///< 0: the client left before an answer
   std::uint64_t bytes_in = 0, bytes_out = 0;
   double seconds = 0;
@@ -38,15 +45,20 @@ class GuardedServer : public httplib::Server {
   struct Options {
     StreamLimits stream;
     std::size_t max_connections = 1'500;
+    std::size_t max_connections_per_address = 0;  ///< 0: no bound
+    AddressList trusted_proxies;                  ///< whose X-Forwarded-For is believed
   };
   struct Hooks {
-    std::function<std::uint64_t(const RequestHead&)> body_limit;  ///< bytes that a request's body may have
+    /// Settles caller and refusal of a request by its head. Returns the bytes that its body may have.
+    std::function<std::uint64_t(Exchange&)> begin;
+    /// Adds headers to an answer that is about to be sent.
+    std::function<void(const Exchange&, httplib::Response&)> complete;
     std::function<void(const ExchangeSummary&)> finished;
     /// Body and type of an answer to what was refused before it became a request.
     std::function<std::string(const crease::Error&, const std::string& request_id)> problem;
   };
 
-  GuardedServer(const Options& options, Hooks hooks);
+  GuardedServer(Options options, Hooks hooks);
 
   /// Binds without SO_REUSEPORT, so that a port in use is an error, and returns the port (for 0: the one that was
   /// free). \throw std::system_error
@@ -68,15 +80,20 @@ class GuardedServer : public httplib::Server {
   bool process_and_close_socket(int socket) override;
 
  private:
-  enum class Admission { kAdmitted, kTooMany, kDraining };
+  struct Connection {
+    std::string address;  ///< as bounds on addresses count it
+    bool active = false;  ///< a request is being answered
+  };
 
   void converse(GuardedStream& stream);
+  Source source_of(const GuardedStream& stream, const RequestHead& head) const;
   std::optional<RequestHead> head_or_refusal(GuardedStream& stream);
   bool answer(GuardedStream& stream, const RequestHead& head);
-  void refuse(GuardedStream& stream, const crease::Error& error);
+  void refuse(GuardedStream& stream, const crease::Error& error, std::chrono::milliseconds linger);
   void complete_headers(httplib::Response& response) const;
 
-  Admission admit(int socket);
+  /// \throw crease::Error shutting_down, too_many_connections, address_connections_full
+  void admit(int socket, const Address& peer);
   /// False: the server drains and the connection must end.
   bool set_active(int socket, bool active);
   void release(int socket);
@@ -86,7 +103,8 @@ class GuardedServer : public httplib::Server {
   std::atomic<bool> draining_{false};
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::unordered_map<int, bool> connections_;  // whether a request is being answered
+  std::unordered_map<int, Connection> connections_;
+  std::unordered_map<std::string, std::size_t> of_address_;  // connections
 };
 
 }  // namespace creased

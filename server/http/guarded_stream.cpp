@@ -239,10 +239,10 @@ bool GuardedStream::peer_gone() const {
   return ::poll(&entry, 1, 0) > 0 && (entry.revents & (POLLRDHUP | POLLHUP | POLLERR)) != 0;
 }
 
-void GuardedStream::linger() {
+void GuardedStream::linger(milliseconds time) {
   constexpr milliseconds kPause{500};
   ::shutdown(socket_, SHUT_WR);
-  const auto deadline = Clock::now() + milliseconds(3'000);
+  const auto deadline = Clock::now() + time;
   while (Clock::now() < deadline) {
     offset_ = buffer_.size();
     if (fill(std::min(deadline, Clock::now() + kPause)) != Fill::kData) return;

@@ -47,9 +47,9 @@ class GuardedStream final : public httplib::Stream {
 
   /// Whether the client has closed its end or the connection has broken.
   bool peer_gone() const;
-  /// Ends the sending side, then reads what still comes for a moment, so that a client in the middle of its upload
-  /// reads the answer instead of a reset.
-  void linger();
+  /// Ends the sending side, then reads what still comes for at most `time`, so that a client in the middle of its
+  /// upload reads the answer instead of a reset.
+  void linger(std::chrono::milliseconds time);
 
   bool is_readable() const override { return true; }
   bool is_writable() const override;

@@ -80,6 +80,13 @@ std::uint64_t parse_length(std::string_view text) {
   return length;
 }
 
+/// What proxies and servers could take different ones of.
+void refuse_repetition(const RequestHead& head) {
+  for (const std::string name : {"Authorization", "Content-Encoding", "Content-Type", "Origin"}) {
+    if (head.count(name) > 1) malformed("there is more than one " + name);
+  }
+}
+
 void settle_framing(RequestHead& head) {
   const std::size_t lengths = head.count("Content-Length"), encodings = head.count("Transfer-Encoding");
   if (lengths > 1) malformed("there is more than one Content-Length");
@@ -141,6 +148,7 @@ RequestHead parse_head(std::string_view bytes, const HeadLimits& limits) {
   }
   const std::size_t hosts = head.count("Host");
   if (hosts > 1 || (hosts == 0 && head.version == "HTTP/1.1")) malformed("there must be one Host header");
+  refuse_repetition(head);
   settle_framing(head);
   settle_connection(head);
   return head;

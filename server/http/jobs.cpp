@@ -24,9 +24,9 @@ nlohmann::ordered_json with_links(crease::v1::Job job) {
 
 }  // namespace
 
-crease::v1::Job find_job(Store& store, const std::string& id) {
-  auto job = store.find(id);
-  if (!job) throw not_found(id);
+crease::v1::Job find_job(Store& store, const Call& call) {
+  auto job = store.find(call.id, call.owner());
+  if (!job) throw not_found(call.id);
   return std::move(*job);
 }
 
@@ -34,7 +34,7 @@ std::string job_json(const crease::v1::Job& job) { return with_links(job).dump()
 
 void list_jobs(Services& services, Call& call) {
   const auto limit = static_cast<std::size_t>(query_number(call.request.params, "limit", kDefaultPage));
-  const JobPage page = services.store.list(call.query("state"), limit, call.query("cursor"));
+  const JobPage page = services.store.list(call.query("state"), limit, call.query("cursor"), call.owner());
   nlohmann::ordered_json answer = {{"jobs", nlohmann::ordered_json::array()}};
   for (const auto& job : page.jobs) answer["jobs"].push_back(with_links(job));
   if (!page.next_cursor.empty()) answer["next_cursor"] = page.next_cursor;
@@ -42,11 +42,11 @@ void list_jobs(Services& services, Call& call) {
 }
 
 void get_job(Services& services, Call& call) {
-  call.response.set_content(job_json(find_job(services.store, call.id)), "application/json");
+  call.response.set_content(job_json(find_job(services.store, call)), "application/json");
 }
 
 void cancel_job(Services& services, Call& call) {
-  const auto job = services.store.cancel(call.id);
+  const auto job = services.store.cancel(call.id, call.owner());
   if (!job) throw not_found(call.id);
   services.watcher.refresh(call.id);
   call.response.status = is_terminal(job->state()) ? 200 : 202;
@@ -54,7 +54,7 @@ void cancel_job(Services& services, Call& call) {
 }
 
 void delete_job(Services& services, Call& call) {
-  if (!services.store.remove(call.id)) throw not_found(call.id);
+  if (!services.store.remove(call.id, call.owner())) throw not_found(call.id);
   services.watcher.refresh(call.id);
   services.metrics.forget(call.id);
   call.response.status = 204;

@@ -23,7 +23,8 @@ using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;
 
 // What any call can meet before it reaches its handler.
-const std::vector<std::string> kCommonProblems = {"expectation_failed",
+const std::vector<std::string> kCommonProblems = {"address_connections_full",
+                                                  "expectation_failed",
                                                   "headers_too_large",
                                                   "http_version_unsupported",
                                                   "internal",
@@ -198,6 +199,10 @@ Json submit_body() {
             {"application/x-protobuf", bytes}}}};
 }
 
+Json header(const std::string& meaning, const std::string& type) {
+  return {{"description", meaning}, {"schema", {{"type", type}}}};
+}
+
 Json success(const Route& route, const RouteAnswer& answer) {
   Json response = {{"description", answer.meaning}};
   for (const auto& type : answer.media_types) {
@@ -205,14 +210,32 @@ Json success(const Route& route, const RouteAnswer& answer) {
     response["content"][type] = typed ? Json{{"schema", reference(answer.schema)}} : Json::object();
   }
   if (route.takes_parameters()) {
-    response["headers"]["Location"] = {{"description", "Path of the job."}, {"schema", {{"type", "string"}}}};
+    response["headers"]["Location"] = header("Path of the job.", "string");
   }
   return response;
 }
 
+/// Codes of who calls.
+std::vector<std::string> access_problems(const Route& route) {
+  std::vector<std::string> codes;
+  if (route.access == Access::kKey || route.access == Access::kMetrics) codes.emplace_back("unauthorized");
+  if (route.access != Access::kProbe) codes.emplace_back("rate_limited");
+  if (route.method != "GET") codes.emplace_back("origin_not_allowed");
+  return codes;
+}
+
+/// What a refusal with that status says in its head.
+void add_headers(int status, Json& response) {
+  if (status == 401) response["headers"]["WWW-Authenticate"] = header("Bearer.", "string");
+  if (status == 429 || status == 503) {
+    response["headers"]["Retry-After"] = header("Seconds until it is worth trying again.", "integer");
+  }
+}
+
 Json problems(const Route& route) {
   std::map<int, std::set<std::string>> by_status;
-  for (const auto* codes : {&route.problems, &kCommonProblems}) {
+  const std::vector<std::string> of_access = access_problems(route);
+  for (const auto* codes : {&route.problems, &kCommonProblems, &of_access}) {
     for (const auto& code : *codes) by_status[crease::error_kind(code).status].insert(code);
   }
   Json responses = Json::object();
@@ -223,13 +246,22 @@ Json problems(const Route& route) {
         {"description", description},
         {"content", {{"application/problem+json", {{"schema", reference("Problem")}}}}},
         {"x-codes", codes}};
+    add_headers(status, responses[std::to_string(status)]);
   }
   return responses;
+}
+
+/// A key, or none where the service has no keys or does not ask for one.
+Json security(const Route& route) {
+  const Json key = {{"key", Json::array()}}, nothing = Json::object();
+  if (route.access == Access::kOpen || route.access == Access::kProbe) return Json::array({nothing});
+  return Json::array({key, nothing});
 }
 
 Json operation(const Route& route) {
   Json one = {
       {"operationId", route.operation}, {"summary", route.summary}, {"parameters", operation_parameters(route)}};
+  one["security"] = security(route);
   if (route.takes_parameters()) one["requestBody"] = submit_body();
   for (const auto& answer : route.answers) one["responses"][std::to_string(answer.status)] = success(route, answer);
   one["responses"].update(problems(route));
@@ -248,10 +280,14 @@ Json make_document() {
                     {{"title", "creased"},
                      {"version", CREASE_VERSION},
                      {"summary", "Removes noise from triangle meshes, keeps their ridges, and labels them."}}},
-                   {"servers", {{{"url", "/"}}}},
-                   {"security", Json::array()}};
+                   {"servers", {{{"url", "/"}}}}};
   for (const auto& route : routes()) document["paths"][route.path][lower(route.method)] = operation(route);
   document["components"]["schemas"] = component_schemas();
+  document["components"]["securitySchemes"]["key"] = {
+      {"type", "http"},
+      {"scheme", "bearer"},
+      {"description",
+       "A key made by `creased key`, where the service has keys; jobs of other keys do not exist for it."}};
   return document;
 }
 

@@ -5,6 +5,16 @@
 #include "proto/error_table.h"
 
 namespace creased {
+namespace {
+
+bool is_queue(std::string_view code) { return code == "queue_full" || code == "key_queue_full"; }
+
+/// Whether what the error is about passes by itself.
+bool passes(const crease::Error& error, int status) {
+  return status == 503 || status == 429 || error.code() == "job_not_finished" || error.code() == "snapshot_unavailable";
+}
+
+}  // namespace
 
 std::string problem_json(const crease::Error& error, const std::string& request_id) {
   const auto problem = crease::to_problem(error);
@@ -23,8 +33,8 @@ std::string problem_json(const crease::Error& error, const std::string& request_
 void answer_problem(httplib::Response& response, const crease::Error& error, const std::string& request_id) {
   response.status = crease::error_kind(error.code()).status;
   response.set_content(problem_json(error, request_id), "application/problem+json");
-  if (response.status == 503 || error.code() == "job_not_finished" || error.code() == "snapshot_unavailable") {
-    response.headers.emplace("Retry-After", "1");
+  if (!response.has_header("Retry-After") && passes(error, response.status)) {
+    response.set_header("Retry-After", is_queue(error.code()) ? "5" : "1");
   }
 }
 

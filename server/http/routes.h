@@ -27,6 +27,14 @@ struct RouteAnswer {
   std::string schema;  ///< component of the OpenAPI document for JSON; empty: none
 };
 
+/// Who may make a call where the service has keys.
+enum class Access {
+  kKey,      ///< who has one
+  kOpen,     ///< anyone
+  kProbe,    ///< anyone, and as often as they like
+  kMetrics,  ///< this machine, or who has a key that says so
+};
+
 /// One call of the API. Dispatch, the check of queries and the OpenAPI document are all made from this table.
 struct Route {
   std::string method;
@@ -36,6 +44,7 @@ struct Route {
   std::vector<QueryField> query;
   std::vector<RouteAnswer> answers;
   std::vector<std::string> problems;  ///< codes, beside those that any call can meet
+  Access access = Access::kKey;
 
   bool takes_parameters() const { return operation == "submit_job"; }
 };

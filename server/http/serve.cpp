@@ -36,6 +36,8 @@ GuardedServer::Options server_options(const ServeConfig& config) {
   options.stream.body_timeout = milliseconds_of(config.body_timeout);
   options.stream.idle_timeout = milliseconds_of(config.idle_timeout);
   options.max_connections = config.max_connections;
+  options.max_connections_per_address = config.access.max_connections_per_address;
+  options.trusted_proxies = AddressList(config.access.trusted_proxies);
   return options;
 }
 
@@ -66,11 +68,12 @@ void write_port_file(const std::filesystem::path& path, int port) {
   std::filesystem::rename(partial, path);
 }
 
-sigset_t ending_signals() {
+sigset_t awaited_signals() {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGHUP);
   return signals;
 }
 
@@ -78,11 +81,12 @@ sigset_t ending_signals() {
 class Service {
  public:
   Service(const ServeConfig& config, const std::filesystem::path& executable)
-      : store_(open_store(store_options(config.store))),
+      : gate_(gatekeeper_options(config)),
+        store_(open_store(store_options(config.store))),
         inspector_(inspector_options(config, executable)),
         watcher_(*store_, kPoll, [this](const crease::v1::Job& job) { metrics_.count_state(job); }),
-        api_({*store_, inspector_, watcher_, metrics_, shutting_down_, config.max_upload_mb << 20U, config.max_streams,
-              config.retention_hours, config.max_retention_hours}),
+        api_({*store_, inspector_, watcher_, metrics_, gate_, shutting_down_, CorsPolicy(config.access.cors_origins),
+              config.max_streams, config.retention_hours, config.max_retention_hours}),
         housekeeper_(*store_, kHousekeeping,
                      [this](const std::string& id) {
                        watcher_.refresh(id);
@@ -107,10 +111,7 @@ class Service {
       ::kill(::getpid(), SIGTERM);  // wakes the wait below if nobody else did
       return ended_well;
     });
-    const sigset_t signals = ending_signals();
-    int signal = 0;
-    sigwait(&signals, &signal);
-    return drain(served, signal);
+    return drain(served, await_end());
   }
 
  private:
@@ -123,8 +124,29 @@ class Service {
     }
   }
 
+  /// The signal that ends the service. SIGHUP reads the keys again, or where there are none ends it, too: the terminal
+  /// is gone.
+  int await_end() {
+    const sigset_t signals = awaited_signals();
+    int signal = 0;
+    do {
+      sigwait(&signals, &signal);
+    } while (signal == SIGHUP && reload());
+    return signal;
+  }
+
+  bool reload() {
+    if (!gate_.keyed()) return false;
+    try {
+      gate_.reload();
+    } catch (const std::exception& error) {
+      log_event(spdlog::level::err, "keys refused, those of before stay", {{"what", error.what()}});
+    }
+    return true;
+  }
+
   int drain(std::future<bool>& served, int signal) {
-    log_event(spdlog::level::info, "draining", {{"signal", signal == SIGINT ? "SIGINT" : "SIGTERM"}});
+    log_event(spdlog::level::info, "draining", {{"signal", ::strsignal(signal)}});
     shutting_down_ = true;
     watcher_.close();
     auto stopped = std::async(std::launch::async, [this] {
@@ -142,6 +164,7 @@ class Service {
   }
 
   std::atomic<bool> shutting_down_{false};
+  Gatekeeper gate_;
   std::unique_ptr<Store> store_;
   Metrics metrics_;
   Inspector inspector_;
@@ -164,6 +187,8 @@ int serve(const ServeConfig& config, const std::filesystem::path& executable) {
     log_event(spdlog::level::info, "listening",
               {{"host", config.host}, {"port", service.port()}, {"version", CREASE_VERSION}});
     return service.run();
+  } catch (const KeyFileError& error) {
+    spdlog::critical("cannot start with the keys of {}: {}", config.access.keys.string(), error.what());
   } catch (const std::system_error& error) {
     spdlog::critical("cannot listen on {} port {}: {}", config.host, config.port, error.what());
   } catch (const std::exception& error) {

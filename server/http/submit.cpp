@@ -57,19 +57,35 @@ crease::v1::Parameters with_retention(crease::v1::Parameters parameters, const S
   return parameters;
 }
 
-NewJob inspected(Services& services, const Submission& submission) {
+/// The id that a caller's job gets: of the same mesh and parameters it is another for every owner, so that it does not
+/// tell one what others have sent.
+std::string id_for(const std::string& owner, const std::string& fingerprint) {
+  if (owner.empty()) return fingerprint;
+  return crease::sha256_hex(owner + "\n" + fingerprint).substr(0, fingerprint.size());
+}
+
+void check_faces(const crease::v1::InputFacts& input, const Limits& limits) {
+  if (input.faces() <= limits.max_faces) return;
+  throw Error(crease::code::kMeshTooLarge,
+              fmt::format("the mesh has {} faces, and {} are the most here", input.faces(), limits.max_faces));
+}
+
+NewJob inspected(Services& services, const Caller& caller, const Submission& submission) {
   const std::string name = clean_file_name(submission.name);
   NewJob job;
   job.upload = submission.mesh->path();
   if (submission.weights != nullptr) job.weights = submission.weights->path();
   const Inspection inspection = services.inspector.inspect(job.upload, submission.format, name, job.weights);
+  check_faces(inspection.facts, caller.limits);
+  job.owner = caller.owner();
+  job.owner_limits = {caller.limits.max_queued, std::uint64_t{caller.limits.max_stored_mb} << 20U};
   job.input = inspection.facts;
   job.input.set_name(name);
   job.input.set_bytes(static_cast<std::uint32_t>(submission.mesh->bytes()));
   job.input.set_sha256(submission.mesh->sha256());
   job.parameters = crease::resolve(with_retention(submission.parameters, services));
   job.warnings = inspection.warnings;
-  job.fingerprint = crease::job_fingerprint(job.input, job.parameters);
+  job.fingerprint = id_for(job.owner, crease::job_fingerprint(job.input, job.parameters));
   job.request_digest = crease::sha256_hex(job.input.sha256() + "\n" + job.input.format() + "\n" +
                                           job.input.weights_sha256() + "\n" + crease::to_json(job.parameters).dump());
   return job;
@@ -97,7 +113,7 @@ void submit_job(Services& services, Call& call) {
   const std::optional<seconds> wait = preferred_wait(head.header("Prefer"));
 
   const Submission submission = receive_submission(call.request, *call.body, services.store);
-  NewJob new_job = inspected(services, submission);
+  NewJob new_job = inspected(services, call.caller(), submission);
   new_job.idempotency_key = key;
   bool created = false;
   crease::v1::Job job = services.store.submit(new_job, created);

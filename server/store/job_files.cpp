@@ -45,9 +45,12 @@ bool valid_name(std::string_view name) {
   });
 }
 
+/// Others may be removing the same tree: what they take away first is no fault.
 void remove_tree(const fs::path& path) {
   std::error_code failed;
-  fs::remove_all(path, failed);
+  do {
+    fs::remove_all(path, failed);
+  } while (failed == std::errc::no_such_file_or_directory);
   if (!failed) return;
   errno = failed.value();
   throw file_failure("remove", path);

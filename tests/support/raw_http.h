@@ -25,7 +25,8 @@ struct RawResponse {
 /// A TCP connection to a server on loopback, for requests that no well-behaved client would send.
 class RawConnection {
  public:
-  explicit RawConnection(int port);
+  /// From `source`, an address of 127.0.0.0/8, unless that is empty.
+  explicit RawConnection(int port, const std::string& source = {});
   ~RawConnection();
   RawConnection(const RawConnection&) = delete;
   RawConnection& operator=(const RawConnection&) = delete;

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <chrono>
+#include <list>
+#include <mutex>
+#include <string>
+#include <unordered_map>
+
+namespace creased {
+
+/// So many a second in the long run, `burst` at once.
+struct Rate {
+  double per_second = 0;  ///< 0: no bound
+  double burst = 1;
+
+  bool bounded() const { return per_second > 0; }
+};
+
+/// A token bucket for everyone who calls. Keeps the buckets used last: its memory has a bound however many call.
+class RateLimiter {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  static constexpr std::size_t kMaxBuckets = 65'536;
+
+  explicit RateLimiter(std::size_t max_buckets = kMaxBuckets) : max_buckets_(max_buckets) {}
+
+  /// Takes one from the bucket of `who`. Zero: there was one; otherwise how long it is until there is.
+  std::chrono::duration<double> take(const std::string& who, const Rate& rate, Clock::time_point now = Clock::now());
+
+  std::size_t buckets() const;
+
+ private:
+  struct Bucket {
+    std::string who;
+    double tokens;
+    Clock::time_point seen;
+  };
+
+  Bucket& bucket_of(const std::string& who, const Rate& rate, Clock::time_point now);
+
+  const std::size_t max_buckets_;
+  mutable std::mutex mutex_;
+  std::list<Bucket> buckets_;  // used last first
+  std::unordered_map<std::string, std::list<Bucket>::iterator> by_name_;
+};
+
+}  // namespace creased

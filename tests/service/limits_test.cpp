@@ -1,0 +1,257 @@
+#include "tests/service/service_fixture.h"
+#include "tests/support/key_file.h"
+
+namespace crease::test {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+const Headers kObj = {{"Content-Type", "model/obj"}};
+
+/// No workers, so that jobs wait; every limit has a key that meets it first.
+class Limits : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    file_ = std::make_unique<TestKeyFile>(
+        std::vector<TestKey>{free_, slow_, jobs_, queue_, bytes_, faces_, stored_, streams_});
+    server_ = std::make_unique<ServerProcess>(std::vector<std::string>{
+        "--workers", "0", "--max-connections", "48", "--max-streams", "16", "--keys", file_->path(), "--max-upload-mb",
+        "2", "--trusted-proxy", "127.0.0.1", "--address-rate", "0.02", "--address-burst", "2", "--key-rate", "0"});
+  }
+  static void TearDownTestSuite() {
+    server_.reset();
+    file_.reset();
+  }
+  static RawResponse call(const std::string& method, const std::string& target, const Headers& headers = {},
+                          const std::string& body = {}) {
+    return exchange(server_->port(), method, target, headers, body);
+  }
+  static RawResponse submit(const TestKey& key, int seed, const std::string& obj = small_obj()) {
+    return call("POST", fmt::format("/v1/jobs?sweeps=1&seed={}", seed), key.with(kObj), obj);
+  }
+  static int retry_after(const RawResponse& response) {
+    const std::string value = response.header("retry-after");
+    return value.empty() ? -1 : std::stoi(value);
+  }
+
+  static inline const TestKey free_ = make_test_key("free"),
+                              slow_ = make_test_key("slow", {{"requests_per_second", 0.5}, {"burst", 3}}),
+                              jobs_ = make_test_key("jobs", {{"jobs_per_minute", 2}}),
+                              queue_ = make_test_key("queue", {{"max_queued", 2}}),
+                              bytes_ = make_test_key("bytes", {{"max_upload_mb", 1}}),
+                              faces_ = make_test_key("faces", {{"max_faces", 191}}),
+                              stored_ = make_test_key("stored", {{"max_stored_mb", 1}}),
+                              streams_ = make_test_key("streams", {{"max_streams", 1}});
+  static inline std::unique_ptr<TestKeyFile> file_;
+  static inline std::unique_ptr<ServerProcess> server_;
+};
+
+TEST_F(Limits, CallsOfAKeyComeAtItsRate) {
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(call("GET", "/v1/jobs", slow_.bearer()).status, 200);
+  const auto refused = call("GET", "/v1/jobs", slow_.bearer());
+  EXPECT_EQ(refused.status, 429);
+  EXPECT_EQ(refused.code(), "rate_limited");
+  EXPECT_GE(retry_after(refused), 1);
+  EXPECT_LE(retry_after(refused), 2) << "one call in two seconds";
+  EXPECT_EQ(call("POST", "/v1/jobs", slow_.with(kObj), small_obj()).code(), "rate_limited");
+  EXPECT_EQ(call("GET", "/healthz", slow_.bearer()).status, 200) << "probes are not counted";
+  EXPECT_EQ(call("GET", "/v1/jobs", free_.bearer()).status, 200) << "nor do others pay";
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_TRUE(eventually([] { return call("GET", "/v1/jobs", slow_.bearer()).status == 200; }, seconds(5)));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(retry_after(refused) + 1)) << "as Retry-After had it";
+}
+
+TEST_F(Limits, JobsOfAKeyComeAtItsRate) {
+  EXPECT_EQ(submit(jobs_, 1).status, 202);
+  EXPECT_EQ(submit(jobs_, 2).status, 202);
+  const auto refused = submit(jobs_, 3);
+  EXPECT_EQ(refused.code(), "rate_limited");
+  EXPECT_GT(retry_after(refused), 20);
+  EXPECT_LE(retry_after(refused), 30) << "two a minute";
+  EXPECT_EQ(call("GET", "/v1/jobs", jobs_.bearer()).status, 200);
+}
+
+TEST_F(Limits, CallsWithoutAKeyAreCountedByAddress) {
+  const auto from = [](const std::string& address, const std::string& target = "/v1/jobs") {
+    return call("GET", target, {{"X-Forwarded-For", address}});
+  };
+  EXPECT_EQ(from("203.0.113.1").status, 401);
+  EXPECT_EQ(from("203.0.113.1", "/openapi.json").status, 200);
+  const auto refused = from("203.0.113.1");
+  EXPECT_EQ(refused.code(), "rate_limited");
+  EXPECT_GT(retry_after(refused), 40) << "one in fifty seconds";
+  EXPECT_EQ(from("198.51.100.1, 203.0.113.1").code(), "rate_limited") << "what a client says of itself is nothing";
+  EXPECT_EQ(from("203.0.113.2").status, 401);
+  EXPECT_EQ(from("2001:db8::1").status, 401);
+  EXPECT_EQ(from("2001:db8::2").status, 401);
+  EXPECT_EQ(from("2001:db8::3").status, 429) << "all of a network are one subscriber";
+  EXPECT_EQ(from("203.0.113.1", "/readyz").status, 200);
+  const Headers with_key = free_.with({{"X-Forwarded-For", "203.0.113.1"}});
+  EXPECT_EQ(call("GET", "/v1/jobs", with_key).status, 200) << "who has a key is not held up by the neighbours";
+}
+
+TEST_F(Limits, AKeyHasSoManyJobsWaiting) {
+  const auto first = submit(queue_, 1);
+  EXPECT_EQ(first.status, 202);
+  EXPECT_EQ(submit(queue_, 2).status, 202);
+  const auto refused = submit(queue_, 3);
+  EXPECT_EQ(refused.status, 429);
+  EXPECT_EQ(refused.code(), "key_queue_full");
+  EXPECT_GE(retry_after(refused), 1);
+  EXPECT_EQ(submit(free_, 3).status, 202);
+  call("DELETE", first.header("location"), queue_.bearer());
+  EXPECT_EQ(submit(queue_, 3).status, 202);
+}
+
+TEST_F(Limits, UploadsOfAKeyAreBoundedByHeadAndByCount) {
+  const std::string long_obj = small_obj() + "#" + std::string(1'200'000, ' ') + "\n";
+  EXPECT_EQ(submit(bytes_, 1, long_obj).code(), "payload_too_large");
+  EXPECT_EQ(submit(free_, 1, long_obj).status, 202);
+  EXPECT_EQ(submit(bytes_, 1).status, 202);
+
+  RawConnection head_only(server_->port());
+  head_only.send("POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Length: 1200000\r\nAuthorization: Bearer " +
+                 bytes_.text + "\r\n\r\n");
+  EXPECT_EQ(head_only.receive().code(), "payload_too_large") << "before a byte of the body";
+
+  RawConnection chunks(server_->port());
+  chunks.send(
+      "POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Type: model/obj\r\nTransfer-Encoding: chunked\r\n"
+      "Authorization: Bearer " +
+      bytes_.text + "\r\n\r\n");
+  const std::string chunk = "10000\r\n" + std::string(0x10000, ' ') + "\r\n";
+  for (int i = 0; i < 40 && chunks.send(chunk); ++i) {
+  }
+  EXPECT_EQ(chunks.receive().code(), "payload_too_large");
+}
+
+TEST_F(Limits, MeshesOfAKeyHaveSoManyFaces) {
+  const auto refused = submit(faces_, 1);
+  EXPECT_EQ(refused.status, 413);
+  EXPECT_EQ(refused.code(), "mesh_too_large");
+  EXPECT_NE(refused.json()["detail"].get<std::string>().find("191"), std::string::npos) << refused.body;
+  EXPECT_EQ(submit(faces_, 1, obj_text(cube(2))).status, 202);
+}
+
+TEST_F(Limits, AKeyKeepsSoManyBytes) {
+  RawResponse response;
+  int taken = 0;
+  while (taken < 30 && (response = submit(stored_, taken)).status == 202) ++taken;
+  EXPECT_GT(taken, 1);
+  EXPECT_EQ(response.status, 507);
+  EXPECT_EQ(response.code(), "quota_exceeded");
+  EXPECT_EQ(submit(free_, 99).status, 202);
+  const auto kept = call("GET", "/v1/jobs", stored_.bearer()).json()["jobs"];
+  EXPECT_EQ(kept.size(), static_cast<std::size_t>(taken));
+  call("DELETE", "/v1/jobs/" + kept[0]["id"].get<std::string>(), stored_.bearer());
+  EXPECT_EQ(submit(stored_, 100).status, 202) << "what is deleted makes room";
+}
+
+TEST_F(Limits, AKeyHasSoManyStreams) {
+  const std::string events = submit(streams_, 1).header("location") + "/events";
+  {
+    RawConnection first(server_->port());
+    first.send(raw_request("GET", events, streams_.bearer()));
+    ASSERT_FALSE(first.receive_until("retry:").empty());
+    const auto refused = call("GET", events, streams_.bearer());
+    EXPECT_EQ(refused.status, 429);
+    EXPECT_EQ(refused.code(), "key_streams_full");
+    EXPECT_GE(retry_after(refused), 1);
+    RawConnection other(server_->port());
+    other.send(raw_request("GET", submit(free_, 77).header("location") + "/events", free_.bearer()));
+    EXPECT_NE(other.receive_until("retry:").find("200 OK"), std::string::npos);
+  }
+  EXPECT_TRUE(eventually([&] {
+    RawConnection again(server_->port());
+    again.send(raw_request("GET", events, streams_.bearer()));
+    return again.receive_until("\r\n").find("200") != std::string::npos;
+  }));
+}
+
+TEST(ServiceLimits, AFullQueueSaysWhenToComeBack) {
+  ServerProcess server({"--workers", "0", "--max-connections", "16", "--max-streams", "4", "--max-queued", "1"});
+  server.submit(small_obj(), "seed=1");
+  const auto refused = exchange(server.port(), "POST", "/v1/jobs?seed=2", kObj, small_obj());
+  EXPECT_EQ(refused.status, 503);
+  EXPECT_EQ(refused.code(), "queue_full");
+  EXPECT_FALSE(refused.header("retry-after").empty());
+}
+
+TEST(ServiceLimits, AddressesOfAnOpenServiceAreCountedButThisMachineIsNot) {
+  ServerProcess server({"--workers", "0", "--max-connections", "16", "--max-streams", "4", "--trusted-proxy",
+                        "127.0.0.1", "--address-rate", "0.02", "--address-burst", "1"});
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(server.get("/v1/jobs").status, 200);
+  const Headers far = {{"X-Forwarded-For", "203.0.113.1"}};
+  EXPECT_EQ(server.get("/v1/jobs", far).status, 200);
+  EXPECT_EQ(server.get("/v1/jobs", far).status, 429);
+}
+
+/// Connections from one address of 127.0.0.0/8 until the service refuses them.
+class AddressConnections : public ::testing::Test {
+ protected:
+  static constexpr int kBound = 4;
+
+  explicit AddressConnections(const std::vector<std::string>& more = {}) {
+    std::vector<std::string> flags = {"--workers",
+                                      "0",
+                                      "--max-connections",
+                                      "32",
+                                      "--max-streams",
+                                      "8",
+                                      "--head-timeout",
+                                      "20",
+                                      "--max-connections-per-address",
+                                      std::to_string(kBound)};
+    flags.insert(flags.end(), more.begin(), more.end());
+    server_ = std::make_unique<ServerProcess>(flags);
+  }
+  int port() const { return server_->port(); }
+  RawConnection busy(const std::string& source) const {
+    RawConnection connection(port(), source);
+    connection.send(raw_request("GET", "/healthz"));
+    EXPECT_EQ(connection.receive().status, 200);
+    connection.send("GET /hea");  // a head without end
+    return connection;
+  }
+  RawResponse one_more(const std::string& source) const {
+    RawConnection connection(port(), source);
+    connection.send(raw_request("GET", "/healthz"));
+    return connection.receive();
+  }
+
+ private:
+  std::unique_ptr<ServerProcess> server_;
+};
+
+class UntrustedConnections : public AddressConnections {};
+
+TEST_F(UntrustedConnections, OverTheBoundAreRefusedAndOtherAddressesServed) {
+  {
+    std::vector<RawConnection> held;
+    for (int i = 0; i < kBound; ++i) held.push_back(busy("127.0.0.2"));
+    const auto refused = one_more("127.0.0.2");
+    EXPECT_EQ(refused.status, 429);
+    EXPECT_EQ(refused.code(), "address_connections_full");
+    EXPECT_FALSE(refused.header("retry-after").empty());
+    EXPECT_EQ(refused.header("connection"), "close");
+    for (int i = 0; i < 200; ++i) RawConnection(port(), "127.0.0.2").send("GET /hea");
+    EXPECT_EQ(one_more("127.0.0.3").status, 200);
+    EXPECT_EQ(one_more("").status, 200);
+  }
+  EXPECT_TRUE(eventually([&] { return one_more("127.0.0.2").status == 200; }));
+}
+
+class TrustedConnections : public AddressConnections {
+ protected:
+  TrustedConnections() : AddressConnections({"--trusted-proxy", "127.0.0.2"}) {}
+};
+
+TEST_F(TrustedConnections, OfAProxyAreNotBound) {
+  std::vector<RawConnection> held;
+  for (int i = 0; i < 3 * kBound; ++i) held.push_back(busy("127.0.0.2"));
+  EXPECT_EQ(one_more("127.0.0.2").status, 200);
+}
+
+}  // namespace
+}  // namespace crease::test

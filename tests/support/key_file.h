@@ -1,0 +1,37 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/support/server_process.h"
+
+namespace crease::test {
+
+/// A key made by `creased key`.
+struct TestKey {
+  std::string text;
+  nlohmann::json entry;
+
+  Headers bearer() const { return {{"Authorization", "Bearer " + text}}; }
+  /// `bearer()` and more.
+  Headers with(const Headers& more) const;
+  std::string id() const { return entry["id"]; }
+};
+
+/// `members` are added to the entry.
+TestKey make_test_key(const std::string& name, const nlohmann::json& members = nlohmann::json::object());
+
+/// A file of keys in a folder of its own.
+class TestKeyFile {
+ public:
+  explicit TestKeyFile(const std::vector<TestKey>& keys) { write(keys); }
+
+  void write(const std::vector<TestKey>& keys) const;
+  void write_text(const std::string& text) const;
+  std::string path() const { return (folder_.path() / "keys.json").string(); }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+}  // namespace crease::test
