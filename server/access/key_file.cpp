@@ -172,7 +172,7 @@ void add_key(const std::filesystem::path& file, const Json& entry) {
     if (::write(replacing.descriptor(), text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
       throw file_failure("write", file);
     }
-    replacing.commit(true);
+    replacing.commit(Durability::kWhole);
   } catch (const std::exception& error) {
     throw KeyFileError(error.what());
   }
