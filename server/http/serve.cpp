@@ -96,6 +96,7 @@ class Service {
     api_.attach(server_);
     port_ = server_.bind(config.host, config.port);
     if (config.workers > 0) {
+      free_claims_of_the_dead();
       workers_ = std::make_unique<Supervisor>(
           Supervisor::Options{executable, worker_arguments(config), config.workers,
                               [this](int process, const std::string& what) { worker_ended(process, what); }});
@@ -115,6 +116,13 @@ class Service {
   }
 
  private:
+  /// What workers of a server that was killed had claimed.
+  void free_claims_of_the_dead() {
+    for (const std::string& worker : store_->busy_workers()) {
+      if (is_dead_worker(worker)) store_->lose_all(worker, {.what = "was lost with its server"});
+    }
+  }
+
   /// What the worker had claimed is free at once, without waiting for its lease.
   void worker_ended(int process, const std::string& what) {
     try {

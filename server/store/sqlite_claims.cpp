@@ -330,6 +330,16 @@ bool SqliteStore::lose(const Claim& claim, const Loss& loss) {
   });
 }
 
+std::vector<std::string> SqliteStore::busy_workers() {
+  return with_store_errors([&] {
+    ReaderPool::Loan reader(readers_);
+    Query rows(*reader, "SELECT DISTINCT lease_owner FROM jobs WHERE state = 'running'");
+    std::vector<std::string> names;
+    while (rows.next()) names.push_back(rows.text(0));
+    return names;
+  });
+}
+
 void SqliteStore::lose_all(std::string_view worker, const Loss& loss) {
   with_store_errors([&] {
     Writer::Transaction transaction(durable_writer_);

@@ -35,6 +35,7 @@ class SqliteStore final : public Store {
   bool finish_cancelled(const Claim& claim) override;
   bool put_back(const Claim& claim) override;
   bool lose(const Claim& claim, const Loss& loss) override;
+  std::vector<std::string> busy_workers() override;
   void lose_all(std::string_view worker, const Loss& loss) override;
 
   std::filesystem::path upload_path(std::string_view id) const override;

@@ -117,6 +117,8 @@ class Store {
   /// The attempt is lost: back to the queue, or failed after `max_attempts` in a row that came to nothing, with what
   /// became of each. A job that was to be cancelled is cancelled.
   virtual bool lose(const Claim& claim, const Loss& loss) = 0;
+  /// The names of workers that hold a claim.
+  virtual std::vector<std::string> busy_workers() = 0;
   /// The worker of that name is no more: what it had claimed is lost.
   virtual void lose_all(std::string_view worker, const Loss& loss) = 0;
 

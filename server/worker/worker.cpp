@@ -5,7 +5,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <charconv>
 #include <climits>
+#include <csignal>
 #include <optional>
 #include <thread>
 
@@ -34,6 +37,15 @@ std::string worker_name(int process) {
   std::string host(HOST_NAME_MAX + 1, '\0');
   ::gethostname(host.data(), host.size() - 1);
   return fmt::format("{}-{}", host.substr(0, host.find('\0')), process);
+}
+
+bool is_dead_worker(const std::string& name) {
+  const std::string of_host = worker_name(0).substr(0, worker_name(0).size() - 1);
+  int process = 0;
+  const char* const end = name.data() + name.size();
+  if (!name.starts_with(of_host)) return false;
+  const auto [stop, failed] = std::from_chars(name.data() + of_host.size(), end, process);
+  return stop == end && failed == std::errc() && process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
 }
 
 int run_worker(Store& store, const WorkerOptions& options, const std::atomic<bool>& stop) {

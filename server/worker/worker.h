@@ -27,6 +27,9 @@ struct WorkerOptions {
 /// The name of a worker process of this host.
 std::string worker_name(int process);
 
+/// Whether `name` is that of a worker process of this host which is no more.
+bool is_dead_worker(const std::string& name);
+
 /// Claims jobs and runs them until `stop` is set; a job under way is then put back. Returns the exit code.
 int run_worker(Store& store, const WorkerOptions& options, const std::atomic<bool>& stop);
 

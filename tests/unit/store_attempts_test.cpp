@@ -77,7 +77,9 @@ TEST_F(AttemptsTest, AWorkerThatIsNoMoreLosesAllThatItHadAndNothingElse) {
   submit("b");
   submit("c");
   const Claim a = claim("dead"), b = claim("alive");
+  EXPECT_THAT(store().busy_workers(), testing::UnorderedElementsAre("alive", "dead"));
   store().lose_all("dead", kCrash);
+  EXPECT_THAT(store().busy_workers(), ElementsAre("alive"));
   EXPECT_EQ(store().check(a), Hold::kLost);
   EXPECT_EQ(store().check(b), Hold::kHeld);
   EXPECT_EQ(state("a"), "queued");

@@ -244,6 +244,16 @@ TEST_F(WorkerTest, AnUploadThatIsNoMeshFailsWithItsCodeAndTheWorkerGoesOn) {
   EXPECT_EQ(bad.attempt(), 1U);
 }
 
+TEST(WorkerName, TellsDeadWorkersOfThisHost) {
+  const pid_t gone = fork_process([] { return 0; });
+  wait_for_process(gone);
+  EXPECT_TRUE(is_dead_worker(worker_name(gone)));
+  EXPECT_FALSE(is_dead_worker(worker_name(::getpid())));
+  EXPECT_FALSE(is_dead_worker("elsewhere-" + std::to_string(gone)));
+  EXPECT_FALSE(is_dead_worker(worker_name(gone) + "x"));
+  EXPECT_FALSE(is_dead_worker(""));
+}
+
 TEST_F(WorkerTest, SeveralWorkersShareTheQueue) {
   constexpr int kJobs = 12;
   std::vector<std::string> ids;
