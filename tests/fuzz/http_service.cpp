@@ -25,7 +25,6 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::chrono::hours kNever{1};
-constexpr std::uint64_t kMaxUpload = 16 * 1024;
 
 creased::StoreOptions store_options(const test::TemporaryFolder& folder) {
   creased::StoreOptions options;
@@ -46,18 +45,27 @@ creased::Inspector::Options no_inspector() {
   return options;
 }
 
+/// Open to all, for uploads of little.
+creased::Gatekeeper::Options open_gate() {
+  creased::Gatekeeper::Options options;
+  options.open.max_upload_mb = 1;
+  return options;
+}
+
 class Service {
  public:
   Service()
-      : store_(creased::open_store(store_options(folder_))),
+      : gate_(open_gate()),
+        store_(creased::open_store(store_options(folder_))),
         inspector_(no_inspector()),
         watcher_(*store_, kNever, [](const v1::Job&) {}),
         api_({.store = *store_,
               .inspector = inspector_,
               .watcher = watcher_,
               .metrics = metrics_,
+              .gate = gate_,
               .shutting_down = shutting_down_,
-              .max_upload_bytes = kMaxUpload,
+              .cors = creased::CorsPolicy({"https://app.example"}),
               .max_streams = 4,
               .retention_hours = 24,
               .max_retention_hours = 720}),
@@ -134,6 +142,7 @@ class Service {
 
   const test::TemporaryFolder folder_;
   const std::atomic<bool> shutting_down_{false};
+  creased::Gatekeeper gate_;
   std::unique_ptr<creased::Store> store_;
   creased::Metrics metrics_;
   creased::Inspector inspector_;
