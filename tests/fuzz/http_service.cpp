@@ -7,10 +7,14 @@
 
 #include <array>
 #include <atomic>
+#include <fstream>
 #include <stdexcept>
 
+#include "core/job.h"
+#include "crease/v1/result.pb.h"
+#include "proto/convert.h"
+#include "proto/parameter_table.h"
 #include "server/http/api.h"
-#include "server/worker/job_run.h"
 #include "tests/support/meshes.h"
 #include "tests/support/server_process.h"
 #include "tests/support/store_support.h"
@@ -21,7 +25,6 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::chrono::hours kNever{1};
-constexpr std::uint64_t kMaxUpload = 16 * 1024;
 
 creased::StoreOptions store_options(const test::TemporaryFolder& folder) {
   creased::StoreOptions options;
@@ -42,19 +45,30 @@ creased::Inspector::Options no_inspector() {
   return options;
 }
 
+/// Open to all, for uploads of little.
+creased::Gatekeeper::Options open_gate() {
+  creased::Gatekeeper::Options options;
+  options.open.max_upload_mb = 1;
+  return options;
+}
+
 class Service {
  public:
   Service()
-      : store_(creased::open_store(store_options(folder_))),
+      : gate_(open_gate()),
+        store_(creased::open_store(store_options(folder_))),
         inspector_(no_inspector()),
         watcher_(*store_, kNever, [](const v1::Job&) {}),
         api_({.store = *store_,
               .inspector = inspector_,
               .watcher = watcher_,
               .metrics = metrics_,
+              .gate = gate_,
               .shutting_down = shutting_down_,
-              .max_upload_bytes = kMaxUpload,
-              .max_streams = 4}),
+              .cors = creased::CorsPolicy({"https://app.example"}),
+              .max_streams = 4,
+              .retention_hours = 24,
+              .max_retention_hours = 720}),
         server_(server_options(), hooks()) {
     api_.attach(server_);
     server_.bind("127.0.0.1", 0);  // nobody comes there, but the library takes a server without a socket as stopped
@@ -101,21 +115,34 @@ class Service {
 
   void keep_the_finished_job() {
     if (store_->find(kFinishedJob)) return;
-    v1::Parameters parameters;
-    parameters.set_method("taubin");
-    parameters.set_iterations(1);
-    parameters.set_threads(1);
     bool created = false;
-    store_->submit(test::new_job(*store_, std::string(kFinishedJob), test::obj_text(test::cube(1)), parameters),
-                   created);
-    const std::atomic<bool> stop{false};
-    const creased::WorkerOptions options;
-    auto claim = store_->claim("fuzz", options.lease);
-    creased::JobRun(*store_, options, claim.value(), stop).run();
+    const std::string upload = test::obj_text(test::cube(1));
+    const v1::Job job = store_->submit(test::new_job(*store_, std::string(kFinishedJob), upload), created);
+    const creased::Claim claim = store_->claim("fuzz", kNever).value();
+    static const JobOutput output = made(upload, job.parameters());
+    write(creased::file::kResult, to_message(output.result));
+    v1::Report report;
+    report.set_id(job.id());
+    *report.mutable_result() = to_message(output.facts);
+    write(creased::file::kReport, report);
+    store_->succeed(claim, report.result(), {});
+  }
+
+  static JobOutput made(const std::string& upload, const v1::Parameters& parameters) {
+    SmoothOptions options = to_options(parameters);
+    options.sweeps = 2;
+    RunContext context;
+    return run_job(check_input(upload, MeshFormat::kObj), options, context);
+  }
+
+  void write(std::string_view name, const google::protobuf::Message& message) {
+    std::ofstream file(store_->file_path(kFinishedJob, name), std::ios::binary);
+    if (!message.SerializeToOstream(&file)) throw std::runtime_error("the finished job cannot be written");
   }
 
   const test::TemporaryFolder folder_;
   const std::atomic<bool> shutting_down_{false};
+  creased::Gatekeeper gate_;
   std::unique_ptr<creased::Store> store_;
   creased::Metrics metrics_;
   creased::Inspector inspector_;
