@@ -64,7 +64,7 @@ ExitCode exit_code_of(std::string_view error_code, int status) {
 std::string exit_code_help() {
   std::string help = "Exit codes:\n";
   for (const auto& [exit_code, text] : kMeanings)
-    help += fmt::format("  {:>2}  {}\n", static_cast<int>(exit_code), text);
+    help += fmt::format("  {:<2}  {}\n", static_cast<int>(exit_code), text);
   return help;
 }
 

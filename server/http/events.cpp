@@ -99,7 +99,7 @@ class EventStreams::Stream {
 
   bool report(const JobView& view, httplib::DataSink& sink) {
     version_ = view.version;
-    if (!send(sink, event_of(view))) return false;
+    if (!send(sink, view.event(event_of))) return false;
     if (is_terminal(view.job.state())) sink.done();
     return true;
   }

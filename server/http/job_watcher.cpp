@@ -68,7 +68,7 @@ std::shared_ptr<const JobView> JobWatcher::load(const std::string& id) {
   const std::uint64_t version = store_.version_of(id);
   auto job = store_.find(id);
   if (!job) return nullptr;
-  return std::make_shared<const JobView>(JobView{std::move(*job), version});
+  return std::make_shared<const JobView>(std::move(*job), version);
 }
 
 std::shared_ptr<JobWatcher::Channel> JobWatcher::channel(const std::string& id) {

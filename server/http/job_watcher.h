@@ -20,6 +20,19 @@ bool is_terminal(const std::string& state);
 struct JobView {
   crease::v1::Job job;
   std::uint64_t version = 0;
+
+  /// What `make` makes of this view, made once however many ask.
+  template <typename Make>
+  const std::string& event(const Make& make) const {
+    std::call_once(made_, [&] { event_ = make(*this); });
+    return event_;
+  }
+
+  JobView(crease::v1::Job its_job, std::uint64_t its_version) : job(std::move(its_job)), version(its_version) {}
+
+ private:
+  mutable std::once_flag made_;
+  mutable std::string event_;
 };
 
 /// One thread that looks for changes in the store and hands every changed job, read once, to all who wait for it:

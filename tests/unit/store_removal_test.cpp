@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <thread>
 
 #include "tests/support/store_fixture.h"
@@ -15,7 +17,7 @@ TEST_F(RemovalTest, OfManyAtOnceDoNotStumbleOverEachOther) {
   const auto work = [&](int thread) {
     for (int i = 0; i < kJobs; ++i) {
       const std::string code = error_code([&] {
-        const std::string id = submit("job" + std::to_string(thread) + "x" + std::to_string(i)).id();
+        const std::string id = submit(fmt::format("{:020x}", thread * kJobs + i)).id();
         std::ofstream(store().file_path(id, file::kReport)) << "report";
         store().remove(id);
       });
