@@ -8,7 +8,8 @@ import path from "node:path";
 import { setTimeout as pause } from "node:timers/promises";
 
 const [bin, streamCount = "1000", soakSeconds = "30"] = process.argv.slice(2);
-const folder = mkdtempSync(path.join(os.tmpdir(), "creased-load-"));
+const holds = bin === "--hold";
+const folder = holds ? "" : mkdtempSync(path.join(os.tmpdir(), "creased-load-"));
 const missed = [];
 
 function bound(holds, text) {
@@ -120,21 +121,31 @@ async function until(condition, seconds) {
   }
 }
 
+/// In a process of its own, so that what it hears does not hold up the calls that are measured.
+async function holdStreams(port, id, count) {
+  const agent = new http.Agent({ keepAlive: false, maxSockets: Infinity });
+  const server = Object.assign(new Server(), { port });
+  let heard = 0;
+  await inParallel(count, 50, async () => {
+    const stream = await server.request("GET", `/v1/jobs/${id}/events`, { agent });
+    if (stream.statusCode !== 200) throw new Error(`a stream was answered ${stream.statusCode}`);
+    stream.once("data", () => ++heard);
+    stream.resume();
+  });
+  await until(() => heard === count, 60);
+  console.log("open");
+}
+
 async function streams(count) {
   const server = await Server.start("--workers", "1", "--max-streams", `${count + 50}`, "--max-connections",
     `${count + 200}`, "--max-connections-per-address", "0");
   const job = JSON.parse((await server.submit(1, "sweeps=100000", { body: cube(40) })).text);
-  let heard = 0;
-  const open = [];
-  const agent = new http.Agent({ keepAlive: false, maxSockets: Infinity });
-  await inParallel(count, 50, async () => {
-    const stream = await server.request("GET", `/v1/jobs/${job.id}/events`, { agent });
-    if (stream.statusCode !== 200) throw new Error(`a stream was answered ${stream.statusCode}`);
-    stream.once("data", () => ++heard);
-    stream.resume();
-    open.push(stream);
+  const holder = spawn(process.execPath, [process.argv[1], "--hold", server.port, job.id, count],
+    { stdio: ["ignore", "pipe", "inherit"] });
+  await new Promise((resolve, reject) => {
+    holder.stdout.once("data", resolve);
+    holder.once("exit", () => reject(new Error("the streams were not opened")));
   });
-  await until(() => heard === count, 30);
   const targets = [`/v1/jobs/${job.id}`, "/v1/jobs?limit=20", "/v1/parameters", "/healthz"];
   const keep = new http.Agent({ keepAlive: true, maxSockets: 4 });
   const times = [];
@@ -150,7 +161,7 @@ async function streams(count) {
   console.log(`       ${count} streams open: calls p50 ${p50.toFixed(1)} ms, p99 ${p99.toFixed(1)} ms; ` +
     `${memory_mb.toFixed(0)} MB, ${threads} threads`);
   bound(p99 < 50, `p99 of other calls under 50 ms with ${count} event streams`);
-  agent.destroy();
+  holder.removeAllListeners("exit").kill();
   keep.destroy();
   await server.stop();
 }
@@ -258,12 +269,16 @@ async function wrk() {
 }
 
 try {
+  if (holds) {
+    await holdStreams(...process.argv.slice(3).map((word, i) => (i === 1 ? word : Number(word))));
+    await new Promise(() => setInterval(() => {}, 60_000)); // until the parent ends it
+  }
   await streams(Number(streamCount));
   await smallJobs(1000);
   await overload();
   await wrk();
   await soak(Number(soakSeconds));
 } finally {
-  rmSync(folder, { recursive: true, force: true });
+  if (folder) rmSync(folder, { recursive: true, force: true });
 }
 process.exit(missed.length > 0 ? 1 : 0);
