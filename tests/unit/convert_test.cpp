@@ -220,7 +220,8 @@ TEST(MeshExtras, NameTheJobItsParametersAndCounts) {
   EXPECT_EQ(extras.at("counts").at("faces"), 12);
   EXPECT_EQ(extras.at("counts").at("ridge_edges"), 3);
   EXPECT_FALSE(extras.at("parameters").contains("threads"));
-  EXPECT_EQ(extras.at("parameters").size() + 1, parameter_table().size());
+  EXPECT_FALSE(extras.at("parameters").contains("retention_hours"));
+  EXPECT_EQ(extras.at("parameters").size() + 2, parameter_table().size());
 
   result.seconds = 2.5;
   EXPECT_EQ(mesh_extras("abc", resolve({}), input, result), extras);
