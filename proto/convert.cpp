@@ -243,14 +243,18 @@ LabelledMesh from_message(const v1::LabelledMesh& message) {
   return mesh;
 }
 
-nlohmann::ordered_json to_json(const google::protobuf::Message& message) {
+std::string json_text(const google::protobuf::Message& message) {
   google::protobuf::util::JsonPrintOptions options;
   options.preserve_proto_field_names = true;
   options.always_print_primitive_fields = true;
   std::string text;
   const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
   if (!status.ok()) throw Error("internal", "a message has no JSON: " + status.ToString());
-  return nlohmann::ordered_json::parse(text);
+  return text;
+}
+
+nlohmann::ordered_json to_json(const google::protobuf::Message& message) {
+  return nlohmann::ordered_json::parse(json_text(message));
 }
 
 std::string job_fingerprint(const v1::InputFacts& input, const v1::Parameters& resolved) {

@@ -27,8 +27,9 @@ ResultFacts from_message(const v1::ResultFacts& message);
 /// \throw Error internal when the arrays do not fit together
 LabelledMesh from_message(const v1::LabelledMesh& message);
 
-/// JSON with the names of the schema. Fields without presence are always there, unset optional ones and messages are
-/// not. Strings must be UTF-8.
+/// JSON with the names of the schema, on one line. Fields without presence are always there, unset optional ones and
+/// messages are not. Strings must be UTF-8.
+std::string json_text(const google::protobuf::Message& message);
 nlohmann::ordered_json to_json(const google::protobuf::Message& message);
 
 /// What identifies the result of an upload: a hash over its bytes, its format, its weights, every parameter that

@@ -102,7 +102,7 @@ void Downloads::get_report(Call& call) {
   }
   crease::v1::Report report;
   if (bytes.empty() || !report.ParseFromString(bytes)) throw Error("store_unavailable", "the report cannot be read");
-  call.response.set_content(crease::to_json(report).dump(), "application/json");
+  call.response.set_content(crease::json_text(report), "application/json");
 }
 
 }  // namespace creased

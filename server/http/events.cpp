@@ -24,7 +24,7 @@ std::uint64_t last_event_id(std::string_view header) {
 std::string event_of(const JobView& view) {
   const bool ended = is_terminal(view.job.state());
   return fmt::format("id: {}\nevent: {}\ndata: {}\n\n", view.version, ended ? view.job.state() : "progress",
-                     ended ? job_json(view.job) : crease::to_json(view.job.progress()).dump());
+                     ended ? job_json(view.job) : crease::json_text(view.job.progress()));
 }
 
 }  // namespace

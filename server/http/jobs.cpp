@@ -9,7 +9,7 @@ constexpr double kDefaultPage = 50;
 
 crease::Error not_found(const std::string& id) { return {"job_not_found", "there is no job '" + id + "'"}; }
 
-nlohmann::ordered_json with_links(crease::v1::Job job) {
+crease::v1::Job with_links(crease::v1::Job job) {
   const std::string self = "/v1/jobs/" + job.id();
   auto& links = *job.mutable_links();
   links.set_self(self);
@@ -19,7 +19,7 @@ nlohmann::ordered_json with_links(crease::v1::Job job) {
   links.set_ridges(self + "/ridges");
   links.set_report(self + "/report");
   links.set_cancel(self + "/cancel");
-  return crease::to_json(job);
+  return job;
 }
 
 }  // namespace
@@ -30,15 +30,15 @@ crease::v1::Job find_job(Store& store, const Call& call) {
   return std::move(*job);
 }
 
-std::string job_json(const crease::v1::Job& job) { return with_links(job).dump(); }
+std::string job_json(const crease::v1::Job& job) { return crease::json_text(with_links(job)); }
 
 void list_jobs(Services& services, Call& call) {
   const auto limit = static_cast<std::size_t>(query_number(call.request.params, "limit", kDefaultPage));
   const JobPage page = services.store.list(call.query("state"), limit, call.query("cursor"), call.owner());
-  nlohmann::ordered_json answer = {{"jobs", nlohmann::ordered_json::array()}};
-  for (const auto& job : page.jobs) answer["jobs"].push_back(with_links(job));
-  if (!page.next_cursor.empty()) answer["next_cursor"] = page.next_cursor;
-  call.response.set_content(answer.dump(), "application/json");
+  crease::v1::JobList answer;
+  for (const auto& job : page.jobs) *answer.add_jobs() = with_links(job);
+  if (!page.next_cursor.empty()) answer.set_next_cursor(page.next_cursor);
+  call.response.set_content(crease::json_text(answer), "application/json");
 }
 
 void get_job(Services& services, Call& call) {
