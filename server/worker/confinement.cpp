@@ -39,6 +39,11 @@ void rule(const Filter& filter, std::uint32_t action, int call, Condition... con
   check(::seccomp_rule_add(filter.get(), action, call, sizeof...(condition), condition...), "rule");
 }
 
+/// What SCMP_A0 to SCMP_A5 make in C.
+scmp_arg_cmp argument(unsigned number, scmp_compare comparison, scmp_datum_t a, scmp_datum_t b = 0) {
+  return {number, comparison, a, b};
+}
+
 void allow_computing(const Filter& filter) {
   for (const int call : {SCMP_SYS(read),
                          SCMP_SYS(write),
@@ -86,14 +91,14 @@ void allow_computing(const Filter& filter) {
     rule(filter, SCMP_ACT_ALLOW, call);
   }
   // A thread, not a process; clone3 keeps its flags where no filter sees them, so it is as if the kernel had none.
-  rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(clone), SCMP_A0(SCMP_CMP_MASKED_EQ, CLONE_THREAD, CLONE_THREAD));
+  rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(clone), argument(0, SCMP_CMP_MASKED_EQ, CLONE_THREAD, CLONE_THREAD));
   rule(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3));
   // fstat() of newer libraries; of a path it would tell of foreign files.
-  rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(newfstatat), SCMP_A3(SCMP_CMP_EQ, AT_EMPTY_PATH));
+  rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(newfstatat), argument(3, SCMP_CMP_EQ, AT_EMPTY_PATH));
   // Limits may be read.
-  rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(prlimit64), SCMP_A2(SCMP_CMP_EQ, 0));
+  rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(prlimit64), argument(2, SCMP_CMP_EQ, 0));
   // abort() and raise().
-  rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(tgkill), SCMP_A2(SCMP_CMP_EQ, SIGABRT));
+  rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(tgkill), argument(2, SCMP_CMP_EQ, SIGABRT));
 }
 
 /// What nobody does by mistake ends the process.

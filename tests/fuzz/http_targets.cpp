@@ -70,13 +70,15 @@ std::vector<std::string> server_requests(const Conversation& conversation) {
   return requests;
 }
 
-/// Targets in absolute form come with the path alone.
+/// Whether what was served is what was sent: of a target, the path is left without host and fragment.
+bool is_one(const std::string& served, const std::string& sent) {
+  const std::size_t target = sent.find(' ') + 1;
+  const std::string whole = sent.substr(0, sent.find('#', target));
+  return served == whole ||
+         (whole.compare(target, 7, "http://") == 0 && served.compare(0, target, whole, 0, target) == 0);
+}
+
 bool is_prefix(const std::vector<std::string>& served, const std::vector<std::string>& sent) {
-  const auto is_one = [](const std::string& one, const std::string& other) {
-    const std::string_view method = std::string_view(one).substr(0, one.find(' ') + 1);
-    const std::string target = other.substr(0, other.find('#'));
-    return target.starts_with(method) && (one == target || target.find("http://") == method.size());
-  };
   return served.size() <= sent.size() && std::equal(served.begin(), served.end(), sent.begin(), is_one);
 }
 

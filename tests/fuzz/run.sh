@@ -27,7 +27,7 @@ if [[ ${1:-} == --one ]]; then
     printf '%-16s %9d executions\n' "$3" "$(awk '/number_of_executed_units/ { print $2 }' "$log")"
   else
     echo "$3 FAILED, see $log:"
-    grep --max-count=1 --after-context=20 -E 'ERROR|runtime error|terminate called' "$log" || tail --lines=20 "$log"
+    grep --max-count=1 --after-context=20 -E 'ERROR: |runtime error|terminate called' "$log" || tail --lines=20 "$log"
     exit 1
   fi
   exit

@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <ostream>
 #include <vector>
 
 #include "tests/fuzz/target.h"
 #include "tests/support/meshes.h"
 
 namespace crease::fuzz {
+
+void PrintTo(const Target& target, std::ostream* out) { *out << target.name; }
+
 namespace {
 
 namespace fs = std::filesystem;
