@@ -82,7 +82,8 @@ TEST_F(OpenApi, CodesThatTheServerThrowsAreInTheTableOfErrors) {
     const std::string source = read_file(entry.path());
     for (const std::string opening : {"Error(\"", "Error::parameter(\"", "fault(\""}) {
       for (auto at = source.find(opening); at != std::string::npos; at = source.find(opening, at + 1), ++found) {
-        if (at > 0 && std::isalnum(static_cast<unsigned char>(source[at - 1])) != 0) continue;  // KeyFileError, CheckpointError
+        if (at > 0 && std::isalnum(static_cast<unsigned char>(source[at - 1])) != 0)
+          continue;  // KeyFileError, CheckpointError
         const auto start = at + opening.size();
         const std::string code = source.substr(start, source.find('"', start) - start);
         EXPECT_EQ(error_kind(code).code, code) << entry.path();
