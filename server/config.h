@@ -42,7 +42,7 @@ struct AccessConfig {
   std::filesystem::path keys;  ///< empty: no key is asked for
   bool open = false;           ///< off loopback without keys
   std::vector<std::string> trusted_proxies, cors_origins;
-  std::size_t max_connections_per_address = 512;  ///< 0: no bound
+  std::size_t max_connections_per_address = 1'250;  ///< 0: no bound
   double address_rate = 100, address_burst = 1'000;
   // Of keys that do not say; 0: no bound.
   std::size_t key_max_queued = 1'000, key_max_stored_mb = 0, key_max_streams = 100;

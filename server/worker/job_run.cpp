@@ -63,11 +63,17 @@ bool is_fault_of_store(std::string_view error) {
   return error == code::kStoreUnavailable || error == code::kStorageFull;
 }
 
-v1::ComputeLimits limits_of(const WorkerOptions& options) {
+/// Several times what the largest file of a job has, its checkpoint.
+std::uint64_t file_bytes_of(const v1::Job& job) {
+  constexpr std::uint64_t kPerFace = 1024, kPerSweep = 1024, kForm = 1U << 20U;
+  return kForm + job.input().faces() * kPerFace + job.parameters().sweeps() * kPerSweep;
+}
+
+v1::ComputeLimits limits_of(const WorkerOptions& options, const v1::Job& job) {
   v1::ComputeLimits limits;
   limits.set_memory_bytes(options.memory_bytes);
   limits.set_cpu_seconds(options.cpu_seconds);
-  limits.set_file_bytes(options.memory_bytes);  // no file is larger than what it was made from
+  limits.set_file_bytes(file_bytes_of(job));
   limits.set_max_vertices(options.limits.max_vertices);
   limits.set_max_faces(options.limits.max_faces);
   return limits;
@@ -109,7 +115,7 @@ void JobRun::work() {
 
 void JobRun::start() {
   v1::ComputeTask task;
-  *task.mutable_limits() = limits_of(options_);
+  *task.mutable_limits() = limits_of(options_, job_);
   v1::RunTask& run = *task.mutable_run();
   *run.mutable_job() = job_;
   run.set_queued_seconds(seconds_queued(job_));

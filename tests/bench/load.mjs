@@ -138,7 +138,7 @@ async function holdStreams(port, id, count) {
 
 async function streams(count) {
   const server = await Server.start("--workers", "1", "--max-streams", `${count + 50}`, "--max-connections",
-    `${count + 200}`, "--max-connections-per-address", "0");
+    `${count + 200}`);
   const job = JSON.parse((await server.submit(1, "sweeps=100000", { body: cube(40) })).text);
   const holder = spawn(process.execPath, [process.argv[1], "--hold", server.port, job.id, count],
     { stdio: ["ignore", "pipe", "inherit"] });
