@@ -9,6 +9,7 @@
 #include <charconv>
 #include <climits>
 #include <csignal>
+#include <fstream>
 #include <optional>
 #include <thread>
 
@@ -31,6 +32,16 @@ bool run_next(Store& store, const WorkerOptions& options, std::optional<Sandbox>
   return true;
 }
 
+/// Also when it only waits to be reaped.
+bool is_gone(pid_t process) {
+  if (::kill(process, 0) != 0) return errno == ESRCH;
+  std::ifstream stat(fmt::format("/proc/{}/stat", process));
+  std::string line;
+  std::getline(stat, line);
+  const auto name_end = line.rfind(") ");
+  return name_end != std::string::npos && line.substr(name_end + 2, 1) == "Z";
+}
+
 }  // namespace
 
 std::string worker_name(int process) {
@@ -45,7 +56,7 @@ bool is_dead_worker(const std::string& name) {
   const char* const end = name.data() + name.size();
   if (!name.starts_with(of_host)) return false;
   const auto [stop, failed] = std::from_chars(name.data() + of_host.size(), end, process);
-  return stop == end && failed == std::errc() && process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
+  return stop == end && failed == std::errc() && process > 0 && is_gone(process);
 }
 
 int run_worker(Store& store, const WorkerOptions& options, const std::atomic<bool>& stop) {

@@ -245,6 +245,17 @@ TEST_F(Durability, WhatWasAcknowledgedIsThereAfterAKillOfEverything) {
   stop_and_audit(acknowledged);
 }
 
+TEST_F(Durability, AServerThatStartsAgainDoesNotWaitForTheLeasesOfItsDeadWorkers) {
+  const std::vector<std::string> flags = {"--lease", "10000", "--checkpoint-every", "0.02"};
+  start(flags);
+  const std::string id = id_of(server().submit(noisy_part(), "sweeps=600&threads=1"));
+  ASSERT_TRUE(eventually([&] { return job(id)["progress"]["sweep"].get<int>() > 10; }, seconds(60)));
+  kill_server();
+  start(flags);
+  EXPECT_EQ(server().wait_for_state(id, "succeeded")["state"], "succeeded");
+  stop_and_audit({id});
+}
+
 TEST_F(Durability, APoisonJobFailsAfterThreeAttemptsWithWhatHappenedAndOthersGoOn) {
   start({"--checkpoint-every", "10000"});
   const std::string poison = id_of(server().submit(noisy_part(), kLong));

@@ -246,6 +246,7 @@ TEST_F(WorkerTest, AnUploadThatIsNoMeshFailsWithItsCodeAndTheWorkerGoesOn) {
 
 TEST(WorkerName, TellsDeadWorkersOfThisHost) {
   const pid_t gone = fork_process([] { return 0; });
+  EXPECT_TRUE(eventually([&] { return is_dead_worker(worker_name(gone)); })) << "before it is reaped";
   wait_for_process(gone);
   EXPECT_TRUE(is_dead_worker(worker_name(gone)));
   EXPECT_FALSE(is_dead_worker(worker_name(::getpid())));
