@@ -119,7 +119,7 @@ class Service {
   /// What workers of a server that was killed had claimed.
   void free_claims_of_the_dead() {
     for (const std::string& worker : store_->busy_workers()) {
-      if (is_dead_worker(worker)) store_->lose_all(worker, {.what = "was lost with its server"});
+      if (is_dead_worker(worker)) store_->lose_all(worker, {.what = "was lost with its server", .with_server = true});
     }
   }
 

@@ -30,6 +30,10 @@ Store::Hold read_hold(Query& row) {
   return row.integer(0) != 0 ? Store::Hold::kCancelRequested : Store::Hold::kHeld;
 }
 
+/// A job that takes the whole machine down with it must not do so for ever, but twelve restarts are nobody's poison.
+constexpr std::uint32_t kStrikesOfAttempt = 4;
+constexpr char kLossEnd = ';';
+
 /// What decides how a job goes on when an attempt is lost.
 struct LostAttempt {
   Claim claim;
@@ -72,9 +76,8 @@ std::string queued_progress_bytes(const std::string& former_bytes) {
 }
 
 std::string lost_error(const LostAttempt& lost, const Loss& loss) {
-  const std::string detail = lost.strikes == 1
-                                 ? fmt::format("the job was lost: {}", lost.losses)
-                                 : fmt::format("{} attempts in a row were lost: {}", lost.strikes, lost.losses);
+  const auto attempts = 1 + std::ranges::count(lost.losses, kLossEnd);
+  const std::string detail = fmt::format("{} attempts in a row were lost: {}", attempts, lost.losses);
   return crease::to_problem(crease::Error(std::string(loss.code), detail)).SerializeAsString();
 }
 
@@ -108,12 +111,13 @@ void end_lost(Connection& connection, const JobFiles& files, const LostAttempt& 
 void lose_attempt(Connection& connection, const JobFiles& files, LostAttempt lost, const Loss& loss,
                   std::uint32_t max_attempts, std::int64_t now) {
   const std::string what = fmt::format("attempt {} {}", lost.claim.attempt, loss.what);
+  const std::uint32_t strikes = loss.with_server ? 1 : kStrikesOfAttempt;
   const bool count_anew = (lost.progressed && !loss.by_limit) || lost.strikes == 0;
-  lost.losses = count_anew ? what : lost.losses + "; " + what;
-  lost.strikes = count_anew ? 1 : lost.strikes + 1;
+  lost.losses = count_anew ? what : fmt::format("{}{} {}", lost.losses, kLossEnd, what);
+  lost.strikes = count_anew ? strikes : lost.strikes + strikes;
   if (lost.cancel_requested) {
     end_lost(connection, files, lost, "cancelled", {}, now);
-  } else if (lost.strikes >= max_attempts) {
+  } else if (lost.strikes >= max_attempts * kStrikesOfAttempt) {
     end_lost(connection, files, lost, "failed", lost_error(lost, loss), now);
   } else {
     queue_again(connection, lost);

@@ -38,6 +38,7 @@ struct NewJob {
 struct Loss {
   std::string what;                           ///< "was killed by signal 11 (SIGSEGV)"
   std::string_view code = code::kWorkerLost;  ///< of the error after the last attempt
+  bool with_server = false;  ///< the whole service went: hardly the job's doing, so it counts a quarter
   bool by_limit = false;  ///< a limit of memory or time, which the next attempt meets again however far this one came
 };
 

@@ -267,14 +267,14 @@ TEST_F(Durability, APoisonJobFailsAfterThreeAttemptsWithWhatHappenedAndOthersGoO
       const auto now = job(poison);
       return now["attempt"] == attempt && now["state"] == "running" && tasks.size() == 1;
     }));
-    ::kill(tasks.front(), SIGSEGV);
+    ::kill(tasks.front(), SIGKILL);
     ASSERT_TRUE(eventually([&] { return job(poison)["attempt"] != attempt || job(poison)["state"] == "failed"; }));
   }
   const auto failed = job(poison);
   EXPECT_EQ(failed["state"], "failed");
   EXPECT_EQ(failed["attempt"], 3);
   EXPECT_EQ(failed["error"]["code"], "worker_lost");
-  EXPECT_THAT(failed["error"]["detail"], HasSubstr("attempt 3 was killed by signal 11 (SIGSEGV)"));
+  EXPECT_THAT(failed["error"]["detail"], HasSubstr("attempt 3 was killed by signal 9 (SIGKILL)"));
   EXPECT_EQ(server().wait_for_end(other)["state"], "succeeded");
   stop_and_audit({poison, other});
 }

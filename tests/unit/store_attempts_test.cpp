@@ -60,6 +60,16 @@ TEST_F(AttemptsTest, AttemptsThatGetOnDoNotCountAgainstAJob) {
   EXPECT_EQ(state("abc"), "failed") << "the tenth and two more came no further";
 }
 
+TEST_F(AttemptsTest, AttemptsThatWereLostWithTheirServerCountAQuarter) {
+  const Loss restart{.what = "was lost with its server", .with_server = true};
+  submit("abc");
+  for (int attempt = 1; attempt <= 11; ++attempt) EXPECT_TRUE(store().lose(claim(), restart));
+  EXPECT_EQ(state("abc"), "queued");
+  store().lose(claim(), restart);
+  EXPECT_EQ(state("abc"), "failed") << "a job must not take its server down for ever";
+  EXPECT_THAT(job().error().detail(), HasSubstr("12 attempts in a row were lost"));
+}
+
 TEST_F(AttemptsTest, LimitsCountHoweverFarAnAttemptCame) {
   submit("abc");
   for (int attempt = 1; attempt <= 3; ++attempt) {
