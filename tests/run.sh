@@ -62,7 +62,7 @@ run_tsan() {
   cmake --build --preset tsan --target service_tests creased crease
   rm -rf "$reports" && mkdir "$reports"
   # The tests start servers, these workers: a race in any of them leaves a file, whatever becomes of the process.
-  TSAN_OPTIONS="log_path=$reports/race suppressions=$PWD/tests/tsan.supp" \
+  CREASED_TEST_KILLS=4 TSAN_OPTIONS="log_path=$reports/race suppressions=$PWD/tests/tsan.supp" \
     ctest --preset tsan --label-regex '^service$' --no-tests=error --parallel "$cores"
   if [[ -n $(ls "$reports") ]]; then cat "$reports"/* && exit 1; fi
 }

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/measure/noise.h"
+#include "server/worker/sanitized.h"
 #include "tests/service/service_fixture.h"
 #include "tests/support/store_audit.h"
 
@@ -67,8 +68,15 @@ const std::string& noisy_part() {
   return text;
 }
 
-const std::vector<std::string> kRuns = {"sweeps=900&threads=1", "sweeps=400&process=face&threads=2",
-                                        "sweeps=300&process=both&solver=mean_field", "sweeps=700&process=vertex"};
+/// So many sweeps, or as many as take about as long where a sanitizer watches them.
+std::string sweeps(int count) {
+  constexpr int kSlowerBy = 10;
+  return "sweeps=" + std::to_string(creased::kSanitized ? count / kSlowerBy : count);
+}
+
+const std::vector<std::string> kRuns = {sweeps(900) + "&threads=1", sweeps(400) + "&process=face&threads=2",
+                                        sweeps(300) + "&process=both&solver=mean_field",
+                                        sweeps(700) + "&process=vertex"};
 
 std::vector<Outcome> undisturbed() {
   const ServerProcess server(kSmall);
@@ -94,7 +102,7 @@ class Killer {
 
   /// False: there is no job left to be disturbed. Otherwise whom to kill.
   bool wait_for_a_moment() {
-    const auto further = std::uniform_int_distribution<int>(1, 60)(random_);
+    const auto further = std::uniform_int_distribution<int>(1, creased::kSanitized ? 6 : 60)(random_);
     std::string id;
     int from = -1;
     bool left = true;
@@ -361,7 +369,7 @@ TEST_F(Durability, AFullDiskIsAClearErrorAndNothingIsLostWhenItHasRoomAgain) {
   const SmallDisk disk(data_dir());
   if (!disk.mounted()) GTEST_SKIP() << "only root mounts a disk";
   start({"--checkpoint-every", "0.05"});
-  const std::string running = id_of(server().submit(noisy_part(), "sweeps=3000&threads=1"));
+  const std::string running = id_of(server().submit(noisy_part(), sweeps(3000) + "&threads=1"));
   ASSERT_TRUE(eventually([&] { return job(running)["progress"]["sweep"].get<int>() > 10; }, seconds(60)));
   disk.fill(0);
   const auto submit = [&] {
