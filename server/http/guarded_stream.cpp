@@ -163,6 +163,7 @@ bool GuardedStream::next_chunk() {
       body_ = Body::kComplete;
       return true;
     }
+    if (!is_field_line(line)) return fault("body_incomplete");
   }
   return fault("body_incomplete");
 }

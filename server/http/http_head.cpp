@@ -136,6 +136,11 @@ std::string_view RequestHead::header(std::string_view name) const {
 
 std::string_view RequestHead::path() const { return std::string_view(target).substr(0, target.find('?')); }
 
+bool is_field_line(std::string_view line) {
+  const auto colon = line.find(':');
+  return colon != std::string_view::npos && is_token(line.substr(0, colon)) && is_field_text(line.substr(colon + 1));
+}
+
 RequestHead parse_head(std::string_view bytes, const HeadLimits& limits) {
   RequestHead head;
   std::string_view rest = bytes;

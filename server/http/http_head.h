@@ -41,6 +41,9 @@ struct RequestHead {
 /// transfer_encoding_unsupported, expectation_failed
 RequestHead parse_head(std::string_view bytes, const HeadLimits& limits);
 
+/// Whether a line is a header field: a name, a colon, and text without control characters.
+bool is_field_line(std::string_view line);
+
 /// Equality of ASCII text in any case.
 bool equals_ignoring_case(std::string_view a, std::string_view b);
 /// Without blanks and tabs at both ends.

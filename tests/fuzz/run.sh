@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Replays what once was a fault, then fuzzes: tests/fuzz/run.sh [SECONDS [TARGET…]]
+# The same walk each time, so that a change is what a new fault is due to; FUZZ_SEED=$RANDOM takes another.
 # SECONDS for each target (10), two and more at a time, in build/fuzz; every target without names. What the fuzzers find
 # to be worth keeping stays in build/fuzz/found, a fault in build/fuzz/faults: move it to tests/fuzz/regressions.
 set -euo pipefail
@@ -17,7 +18,7 @@ replay_and_fuzz() { # SECONDS TARGET
   rm -rf "$faults" && mkdir -p "$found" "$faults"
   export FUZZ_TARGET=$2
   if [[ -d $regressions ]]; then "$fuzzer" "${options[@]}" "$regressions"/*; fi
-  "$fuzzer" "${options[@]}" -max_len=4096 "-max_total_time=$1" -print_final_stats=1 \
+  "$fuzzer" "${options[@]}" -max_len=4096 "-max_total_time=$1" "-seed=${FUZZ_SEED:-1}" -print_final_stats=1 \
     "-dict=tests/fuzz/dictionaries/$2.dict" "$found" "tests/fuzz/corpus/$2"
 }
 
