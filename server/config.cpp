@@ -209,10 +209,11 @@ std::string refusal(const ServeConfig& config) {
   return {};
 }
 
+std::chrono::milliseconds milliseconds_of(double seconds) {
+  return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
+}
+
 WorkerOptions worker_options(const WorkerConfig& config) {
-  const auto milliseconds_of = [](double seconds) {
-    return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
-  };
   WorkerOptions options;
   options.name = config.name;
   options.lease = milliseconds_of(config.job.lease);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cstddef>
 #include <filesystem>
 #include <string>
@@ -96,6 +97,7 @@ std::string refusal(const ServeConfig& config);
 /// How callers are told apart and bounded.
 Gatekeeper::Options gatekeeper_options(const ServeConfig& config);
 
+std::chrono::milliseconds milliseconds_of(double seconds);
 StoreOptions store_options(const StoreConfig& config);
 WorkerOptions worker_options(const WorkerConfig& config);
 

@@ -27,15 +27,6 @@ LabelledMesh read_result(const std::filesystem::path& path) {
   return crease::from_message(message);
 }
 
-void write_all(int file, std::string_view bytes, const std::filesystem::path& path) {
-  while (!bytes.empty()) {
-    const ssize_t count = ::write(file, bytes.data(), bytes.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw file_failure("write", path);
-    bytes.remove_prefix(static_cast<std::size_t>(count));
-  }
-}
-
 std::string encode_labels_protobuf(const LabelledMesh& result, double min) {
   crease::v1::EdgeLabels message;
   for (std::size_t i = 0; i < result.edges.size(); ++i) {
@@ -129,7 +120,7 @@ std::shared_ptr<const OpenFile> ResultFiles::kept(const crease::v1::Job& job, co
     const std::string bytes = encode(read_result(store_.file_path(job.id(), file::kResult)));
     if (!store_.charge(job.id(), bytes.size())) return unkept(bytes);
     ReplacingFile target(path, "part");
-    write_all(target.descriptor(), bytes, path);
+    if (!write_all(target.descriptor(), bytes)) throw file_failure("write", path);
     target.commit(Durability::kWhole);
     if (auto file = open_file(path)) return file;
   } catch (const Error&) {
@@ -148,7 +139,7 @@ std::shared_ptr<const OpenFile> ResultFiles::unkept(const std::string& bytes) {
   const auto path = store_.temporary_path();
   const Descriptor file(::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600));
   if (!file.open()) throw file_failure("create", path);
-  write_all(file.get(), bytes, path);
+  if (!write_all(file.get(), bytes)) throw file_failure("write", path);
   auto opened = open_file(path);
   std::error_code ignored;
   std::filesystem::remove(path, ignored);

@@ -28,8 +28,6 @@ constexpr milliseconds kDrainGrace{2'000};
 constexpr milliseconds kLastGrace{3'000};
 constexpr double kWorkerGraceSeconds = 4;
 
-milliseconds milliseconds_of(double seconds) { return milliseconds(static_cast<std::int64_t>(seconds * 1000)); }
-
 GuardedServer::Options server_options(const ServeConfig& config) {
   GuardedServer::Options options;
   options.stream.head_timeout = milliseconds_of(config.head_timeout);

@@ -18,6 +18,7 @@
 #include "server/http/guarded_server.h"
 #include "server/http/multipart.h"
 #include "server/http/submit_message.h"
+#include "server/store/durable_file.h"
 
 namespace creased {
 namespace {
@@ -194,13 +195,7 @@ UploadFile::~UploadFile() {
 void UploadFile::append(const char* data, std::size_t size) {
   ::EVP_DigestUpdate(hash_.get(), data, size);
   bytes_ += size;
-  while (size > 0) {
-    const ssize_t count = ::write(file_, data, size);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw file_failure("write", path_);
-    data += count;
-    size -= static_cast<std::size_t>(count);
-  }
+  if (!write_all(file_, {data, size})) throw file_failure("write", path_);
 }
 
 void UploadFile::finish() {

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <utility>
 
 #include "server/store/failure.h"
@@ -21,6 +22,16 @@ int Descriptor::release() { return std::exchange(number_, -1); }
 
 void Descriptor::close() {
   if (open()) ::close(release());
+}
+
+bool write_all(int file, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(file, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(count));
+  }
+  return true;
 }
 
 Descriptor open_to_read(const std::filesystem::path& path) {

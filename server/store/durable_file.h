@@ -23,6 +23,9 @@ class Descriptor {
   int number_ = -1;
 };
 
+/// Writes all of `bytes`; false, with the reason in errno, when that cannot be done.
+bool write_all(int file, std::string_view bytes);
+
 /// Opens a file to be read. \throw Error store_unavailable
 Descriptor open_to_read(const std::filesystem::path& path);
 

@@ -65,15 +65,6 @@ void write_message(int file, const google::protobuf::MessageLite& message) {
   if (!message.SerializeToZeroCopyStream(&stream) || !stream.Flush()) throw write_failure(stream.GetErrno());
 }
 
-void write_bytes(int file, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t count = ::write(file, bytes.data(), bytes.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw write_failure(errno);
-    bytes.remove_prefix(static_cast<std::size_t>(count));
-  }
-}
-
 class JobComputation {
  public:
   JobComputation(const v1::RunTask& task, const TaskFiles& files)
@@ -227,8 +218,7 @@ class JobComputation {
   void write_checkpoint(const crease::SweepView& view) {
     write_passing(v1::RUN_FILE_CHECKPOINT, [&](int file) {
       const std::string state = view.checkpoint();
-      write_bytes(file, checkpoint_head(state));
-      write_bytes(file, state);
+      if (!write_all(file, checkpoint_head(state)) || !write_all(file, state)) throw write_failure(errno);
     });
   }
 
