@@ -25,7 +25,7 @@ nlohmann::ordered_json result_parameters(const v1::Parameters& resolved) {
 }
 
 void require_fit(bool fits, std::string_view what) {
-  if (!fits) throw Error("internal", fmt::format("a stored mesh is damaged: {}", what));
+  if (!fits) throw Error("internal", fmt::format("a stored mesh is damaged: wrong number or range of {}", what));
 }
 
 std::string_view bytes_of(const std::vector<double>& numbers) {
@@ -58,22 +58,22 @@ void add_features(const LabelledMesh& mesh, v1::LabelledMesh& message) {
   message.mutable_corners()->Add(mesh.corners.begin(), mesh.corners.end());
 }
 
-/// Of a mesh whose positions and triangles are there.
+/// Reads classes, segments and ridge lines into `mesh`, which has its positions and triangles already.
 void read_features(const v1::LabelledMesh& message, LabelledMesh& mesh) {
   constexpr auto kLastClass = static_cast<std::uint32_t>(VertexClass::kCorner);
   const auto in_range = [&](Index index) { return index < mesh.mesh.positions.size(); };
   const auto fits = [](int size, std::size_t whole) { return size == 0 || static_cast<std::size_t>(size) == whole; };
   require_fit(fits(message.classes_size(), mesh.mesh.positions.size()), "vertex classes");
   require_fit(fits(message.segments_size(), mesh.mesh.triangles.size()), "face segments");
-  require_fit(std::ranges::all_of(message.corners(), in_range), "a ridge corner out of range");
+  require_fit(std::ranges::all_of(message.corners(), in_range), "ridge corners");
   for (const std::uint32_t one : message.classes()) {
-    require_fit(one <= kLastClass, "a vertex class out of range");
+    require_fit(one <= kLastClass, "vertex classes");
     mesh.classes.push_back(static_cast<VertexClass>(one));
   }
   mesh.segments.assign(message.segments().begin(), message.segments().end());
   mesh.corners.assign(message.corners().begin(), message.corners().end());
   for (const v1::RidgeLine& line : message.ridge_lines()) {
-    require_fit(std::ranges::all_of(line.vertices(), in_range), "a ridge line out of range");
+    require_fit(std::ranges::all_of(line.vertices(), in_range), "ridge line vertices");
     mesh.ridge_lines.push_back(from_message(line));
   }
 }
@@ -223,8 +223,8 @@ LabelledMesh from_message(const v1::LabelledMesh& message) {
   require_fit(message.edges_size() == 2 * edges && message.dihedral_rad_size() == edges, "edges");
   const auto vertices = static_cast<Index>(message.positions_size() / 3);
   const auto in_range = [&](Index index) { return index < vertices; };
-  require_fit(std::ranges::all_of(message.triangles(), in_range), "a corner out of range");
-  require_fit(std::ranges::all_of(message.edges(), in_range), "an edge out of range");
+  require_fit(std::ranges::all_of(message.triangles(), in_range), "face corners");
+  require_fit(std::ranges::all_of(message.edges(), in_range), "edge vertices");
 
   LabelledMesh mesh;
   mesh.mesh.positions.reserve(vertices);
@@ -249,7 +249,7 @@ std::string json_text(const google::protobuf::Message& message) {
   options.always_print_primitive_fields = true;
   std::string text;
   const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
-  if (!status.ok()) throw Error("internal", "a message has no JSON: " + status.ToString());
+  if (!status.ok()) throw Error("internal", "a message cannot be written as JSON: " + status.ToString());
   return text;
 }
 

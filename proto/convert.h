@@ -13,7 +13,7 @@
 namespace crease {
 
 v1::InputFacts to_message(const InputFacts& facts);
-/// The facts with the format and the hash of the weights; name, bytes and sha256 are the receiver's.
+/// The facts, the format and the hash of the weights. The caller adds name, bytes and sha256.
 v1::InputFacts to_message(const CheckedInput& input);
 v1::Energy to_message(const Energy& energy);
 v1::Progress to_message(const SweepView& view);
@@ -24,21 +24,20 @@ v1::LabelledMesh to_message(const LabelledMesh& mesh);
 
 InputFacts from_message(const v1::InputFacts& message);
 ResultFacts from_message(const v1::ResultFacts& message);
-/// \throw Error internal when the arrays do not fit together
+/// \throw Error internal when the sizes of the arrays or their indices do not match
 LabelledMesh from_message(const v1::LabelledMesh& message);
 
-/// JSON with the names of the schema, on one line. Fields without presence are always there, unset optional ones and
-/// messages are not. Strings must be UTF-8.
+/// The message as JSON on one line, with the field names of the schema. It includes fields without presence even when
+/// they are zero, and leaves out unset optional fields and messages. Strings must be UTF-8.
 std::string json_text(const google::protobuf::Message& message);
 nlohmann::ordered_json to_json(const google::protobuf::Message& message);
 
-/// What identifies the result of an upload: a hash over its bytes, its format, its weights, every parameter that
-/// changes the result and the version of the algorithm. 20 hexadecimal digits. The same for a job over HTTP and a run
-/// in process.
+/// Identifies a result: 20 hexadecimal digits of a hash of the upload's bytes, its format, its weights, every parameter
+/// that changes the result, and the version of the program. A job over HTTP and a local run have the same fingerprint.
 std::string job_fingerprint(const v1::InputFacts& input, const v1::Parameters& resolved);
 
-/// The extras of a mesh file: job (fingerprint), parameters that change the result, counts. No time that a run took, so
-/// that the same result gives the same bytes.
+/// The extras of a mesh file: the job's fingerprint, the parameters that change the result, and counts. They include no
+/// run time, so that equal results give equal bytes.
 nlohmann::ordered_json mesh_extras(const std::string& fingerprint, const v1::Parameters& resolved,
                                    const InputFacts& input, const ResultFacts& result);
 

@@ -8,17 +8,17 @@
 
 namespace crease {
 
-/// One kind of refusal: stable code, HTTP status, title.
+/// One kind of error: its stable code, HTTP status and title.
 struct ErrorKind {
   std::string_view code;
   int status;
   std::string_view title;
 };
 
-/// The one table of errors, ordered by code.
+/// All errors of the API and the command line, ordered by code.
 std::span<const ErrorKind> error_table();
 
-/// The row of a code; that of `internal` for a code that is not in the table.
+/// The row of a code, or the row of `internal` when the table has no such code.
 const ErrorKind& error_kind(std::string_view code);
 
 /// The problem document of an error.
