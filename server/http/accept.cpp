@@ -40,8 +40,8 @@ std::vector<MediaRange> parse_accept(std::string_view accept) {
   return ranges;
 }
 
-/// How closely a range names a type: 0 not at all, 1 by */*, 2 by type/*, 3 exactly.
-int closeness(std::string_view range, std::string_view type) {
+/// How specifically a media range matches a type: 0 not at all, 1 as */*, 2 as type/*, 3 exactly.
+int specificity(std::string_view range, std::string_view type) {
   if (range == "*/*" || range == "*") return 1;
   if (equals_ignoring_case(range, type)) return 3;
   const auto slash = type.find('/');
@@ -49,13 +49,14 @@ int closeness(std::string_view range, std::string_view type) {
                                                                                                                  : 0;
 }
 
-double liking(const std::vector<MediaRange>& ranges, std::string_view type) {
-  int closest = 0;
+/// The quality that the most specific matching range gives to `type`; 0 when none matches.
+double quality_for(const std::vector<MediaRange>& ranges, std::string_view type) {
+  int most_specific = 0;
   double quality = 0;
   for (const auto& range : ranges) {
-    const int close = closeness(range.type, type);
-    if (close > closest) {
-      closest = close;
+    const int match = specificity(range.type, type);
+    if (match > most_specific) {
+      most_specific = match;
       quality = range.quality;
     }
   }
@@ -68,11 +69,11 @@ std::optional<std::size_t> negotiate(std::string_view accept, std::span<const st
   const auto ranges = parse_accept(accept);
   if (ranges.empty()) return 0;
   std::optional<std::size_t> best;
-  double most = 0;
+  double highest = 0;
   for (std::size_t i = 0; i < offered.size(); ++i) {
-    const double liked = liking(ranges, offered[i]);
-    if (liked > most) {
-      most = liked;
+    const double quality = quality_for(ranges, offered[i]);
+    if (quality > highest) {
+      highest = quality;
       best = i;
     }
   }

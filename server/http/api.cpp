@@ -18,9 +18,9 @@ namespace {
 
 using crease::Error;
 
-constexpr std::uint64_t kSmallBody = 64 * 1024;  // of calls that need none
+constexpr std::uint64_t kSmallBody = 64 * 1024;  // for calls that need no body
 
-/// Errors of a handler become problem documents; only those of ours show their text.
+/// Runs `work` and answers its errors with problem documents. Only the text of our own errors is shown to the client.
 template <typename Work>
 void guarded(httplib::Response& response, const std::string& request_id, const Work& work) {
   try {
@@ -33,7 +33,8 @@ void guarded(httplib::Response& response, const std::string& request_id, const W
     answer_problem(response, error, request_id);
   } catch (const std::exception& error) {
     log_event(spdlog::level::err, "request failed", {{"id", request_id}, {"what", error.what()}});
-    answer_problem(response, Error("internal", "something went wrong here; the log says more"), request_id);
+    answer_problem(response, Error("internal", "an unexpected error occurred; the server's log has the details"),
+                   request_id);
   }
 }
 
@@ -95,11 +96,11 @@ void Api::attach(GuardedServer& server) {
   server.set_expect_100_continue_handler(
       [this](const httplib::Request& request, httplib::Response& response) { return before_body(request, response); });
   server.set_exception_handler([](const httplib::Request&, httplib::Response& response, const std::exception_ptr&) {
-    answer_problem(response, Error("internal", "something went wrong here"), GuardedServer::exchange().request_id);
+    answer_problem(response, Error("internal", "an unexpected error occurred"), GuardedServer::exchange().request_id);
   });
   server.set_error_handler([](const httplib::Request&, httplib::Response& response) {
     if (response.body.empty()) {
-      answer_problem(response, Error("request_malformed", "the request cannot be read"),
+      answer_problem(response, Error("request_malformed", "the request could not be parsed"),
                      GuardedServer::exchange().request_id);
     }
   });
@@ -123,12 +124,12 @@ void Api::admit(Exchange& exchange, const RouteMatch& match) {
   const Access access = match.route == nullptr ? Access::kKey : match.route->access;
   if (access == Access::kProbe) return;
   count(exchange, match);
-  // A browser asks without a key whether it may come with one.
+  // Browsers send preflight requests without the key.
   if (exchange.head.method == "OPTIONS") return;
   check_key(exchange, access);
   if (services_.cors.forbids(exchange.head)) {
     throw Error("origin_not_allowed",
-                fmt::format("pages of {} may not change anything here", exchange.head.header("Origin")));
+                fmt::format("pages from {} may not change anything on this server", exchange.head.header("Origin")));
   }
 }
 
@@ -137,11 +138,11 @@ void Api::check_key(const Exchange& exchange, Access access) const {
   if (access == Access::kMetrics && exchange.source.local) return;
   if (exchange.caller.key == nullptr) {
     const bool given = exchange.head.count("Authorization") > 0;
-    throw Error("unauthorized", given ? "the key is none of this service"
-                                      : "this call needs a key: Authorization: Bearer, and the key");
+    throw Error("unauthorized", given ? "the key is not valid for this service"
+                                      : "this call needs a key, sent as 'Authorization: Bearer KEY'");
   }
   if (access == Access::kMetrics && !exchange.caller.key->metrics) {
-    throw Error("forbidden", "the key is not one that may read metrics");
+    throw Error("forbidden", "this key may not read the metrics");
   }
 }
 
@@ -155,8 +156,7 @@ void Api::count(Exchange& exchange, const RouteMatch& match) {
   }
   if (wait.count() == 0) return;
   exchange.retry_after = wait;
-  throw Error("rate_limited",
-              fmt::format("more {} than the rate allows; the next is taken in {} s", what, wait.count()));
+  throw Error("rate_limited", fmt::format("the rate limit for {} is reached; try again in {} s", what, wait.count()));
 }
 
 void Api::complete(const Exchange& exchange, httplib::Response& response) const {
@@ -195,18 +195,19 @@ int Api::before_body(const httplib::Request& request, httplib::Response& respons
 }
 
 void Api::refuse_early(const httplib::Request& request, const RouteMatch& match, httplib::Response& response) const {
-  if (match.allowed.empty()) throw Error("not_found", "there is nothing at " + request.path);
+  if (match.allowed.empty()) throw Error("not_found", "no resource at " + request.path);
   if (match.route == nullptr) {
     response.set_header("Allow", fmt::format("{}", fmt::join(match.allowed, ", ")));
-    throw Error("method_not_allowed", request.method + " is not one of the methods in Allow");
+    throw Error("method_not_allowed",
+                "this resource does not support " + request.method + "; the Allow header lists its methods");
   }
   const Exchange& exchange = GuardedServer::exchange();
   const std::string_view encoding = exchange.head.header("Content-Encoding");
   if (!encoding.empty() && !equals_ignoring_case(encoding, "identity")) {
-    throw Error("content_encoding_unsupported", "send the body as it is, without Content-Encoding");
+    throw Error("content_encoding_unsupported", "send the body uncompressed, without Content-Encoding");
   }
   if (!exchange.stream.body_fault().empty()) {
-    throw Error(exchange.stream.body_fault(), "the body is longer than this call takes");
+    throw Error(exchange.stream.body_fault(), "the body is larger than this call accepts");
   }
   check_query(*match.route, request.params);
   if (match.route->takes_parameters() && services_.shutting_down) {

@@ -10,14 +10,14 @@
 
 namespace creased {
 
-/// The HTTP API, version 1: takes a request from the server to the handler of its route, and every error to its
-/// problem document.
+/// The HTTP API, version 1. Passes each request to the handler of its route and turns each error into a problem
+/// document.
 class Api {
  public:
   explicit Api(const Services& services);
 
   GuardedServer::Hooks hooks();
-  /// Makes `server` answer with this API. Once, before it serves.
+  /// Makes `server` answer with this API. Call it once, before the server starts.
   void attach(GuardedServer& server);
 
  private:
@@ -29,7 +29,7 @@ class Api {
   void refuse_early(const httplib::Request& request, const RouteMatch& match, httplib::Response& response) const;
   void dispatch(const httplib::Request& request, httplib::Response& response, const httplib::ContentReader* body);
   std::uint64_t begin(Exchange& exchange);
-  /// Settles whether the caller may make this call at all, and now.
+  /// Checks the caller's key, rates and origin.
   void admit(Exchange& exchange, const RouteMatch& match);
   void check_key(const Exchange& exchange, Access access) const;
   void count(Exchange& exchange, const RouteMatch& match);
@@ -42,7 +42,7 @@ class Api {
   Services services_;
   Downloads downloads_;
   EventStreams streams_;
-  std::map<std::string, Handler> handlers_;  // by operation
+  std::map<std::string, Handler> handlers_;  // by operation id
   const GuardedServer* server_ = nullptr;
 };
 

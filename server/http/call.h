@@ -16,7 +16,7 @@
 
 namespace creased {
 
-/// What the calls of the API work with.
+/// What the handlers share.
 struct Services {
   Store& store;
   Inspector& inspector;
@@ -29,26 +29,26 @@ struct Services {
   double retention_hours = 0, max_retention_hours = 0;
 };
 
-/// One request on its way through a handler.
+/// One request, as a handler sees it.
 struct Call {
   const httplib::Request& request;
   httplib::Response& response;
   Exchange& exchange;
   const Route& route;
-  std::string id;                                ///< of the job in the path
-  const httplib::ContentReader* body = nullptr;  ///< null for methods without one
+  std::string id;                                ///< job id from the path
+  const httplib::ContentReader* body = nullptr;  ///< null for methods that have no body
 
   const Caller& caller() const { return exchange.caller; }
-  /// Whose jobs this call can see.
+  /// The owner whose jobs this call can see.
   std::string owner() const { return caller().owner(); }
-  std::string query(const std::string& name, std::string otherwise = {}) const {
-    return query_value(request.params, name, std::move(otherwise));
+  std::string query(const std::string& name, std::string fallback = {}) const {
+    return query_value(request.params, name, std::move(fallback));
   }
 };
 
 using Handler = std::function<void(Call&)>;
 
-/// The caller's job of the path. \throw crease::Error job_not_found
+/// The caller's job that the path names. \throw crease::Error job_not_found
 crease::v1::Job find_job(Store& store, const Call& call);
 
 /// A job as the API shows it, with its links.

@@ -8,16 +8,16 @@
 
 namespace creased {
 
-/// Which pages of other origins may call the service from a browser: those of a list, and without one none.
+/// Decides which web pages of other origins may call the service: those whose origin is listed.
 class CorsPolicy {
  public:
-  /// `origins` as browsers send them; "*" is any.
+  /// `origins` are written as browsers send them; "*" allows any.
   explicit CorsPolicy(std::vector<std::string> origins) : origins_(std::move(origins)) {}
 
-  /// What lets the page that a request comes from read the answer, when it is on the list.
+  /// Adds the headers that let a page with an allowed origin read the answer.
   void add_headers(const RequestHead& head, httplib::Response& response) const;
-  /// Whether a page that is neither ours nor on the list is about to change something. Browsers send forms anywhere
-  /// without asking first.
+  /// Whether to refuse a request that changes something because its page has a foreign origin that is not listed.
+  /// Browsers submit forms across origins without a preflight request.
   bool forbids(const RequestHead& head) const;
 
  private:
@@ -26,7 +26,7 @@ class CorsPolicy {
   std::vector<std::string> origins_;
 };
 
-/// Whether the text is an origin: scheme, host and perhaps port, in lower case and nothing after.
+/// Whether the text is an origin: scheme, host and an optional port, all in lower case.
 bool is_origin(std::string_view text);
 
 }  // namespace creased

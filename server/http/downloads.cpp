@@ -19,7 +19,7 @@ constexpr std::array kMeshFormats = {MeshFormat::kGlb, MeshFormat::kGltf, MeshFo
                                      MeshFormat::kStl, MeshFormat::kOff,  MeshFormat::kJson};
 constexpr std::array kRidgeFormats = {MeshFormat::kJson, MeshFormat::kGlb};
 
-/// The format that `format` names, otherwise the one of `offered`, best first, that Accept likes most.
+/// The format that the query names, or else the one in `offered`, best first, that the Accept header prefers.
 MeshFormat wanted_format(Call& call, std::span<const MeshFormat> offered) {
   const std::string named = call.query("format");
   if (!named.empty()) return *crease::format_from_name(named);
@@ -27,7 +27,7 @@ MeshFormat wanted_format(Call& call, std::span<const MeshFormat> offered) {
   std::vector<std::string_view> types(offered.size());
   std::ranges::transform(offered, types.begin(), crease::media_type);
   const auto chosen = negotiate(call.exchange.head.header("Accept"), types);
-  if (!chosen) throw Error("not_acceptable", fmt::format("this comes as {}", fmt::join(types, ", ")));
+  if (!chosen) throw Error("not_acceptable", fmt::format("available media types: {}", fmt::join(types, ", ")));
   return offered[*chosen];
 }
 
@@ -45,7 +45,7 @@ std::string etag(const crease::v1::Job& job, const std::string& what) {
 std::string read_whole(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::string bytes(std::istreambuf_iterator<char>(file), {});
-  if (!file.good() && !file.eof()) throw Error("store_unavailable", "a report cannot be read");
+  if (!file.good() && !file.eof()) throw Error("store_unavailable", "the report of the job cannot be read");
   return bytes;
 }
 
@@ -101,7 +101,8 @@ void Downloads::get_report(Call& call) {
     return;
   }
   crease::v1::Report report;
-  if (bytes.empty() || !report.ParseFromString(bytes)) throw Error("store_unavailable", "the report cannot be read");
+  if (bytes.empty() || !report.ParseFromString(bytes))
+    throw Error("store_unavailable", "the report of the job is damaged");
   call.response.set_content(crease::json_text(report), "application/json");
 }
 

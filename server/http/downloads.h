@@ -5,7 +5,7 @@
 
 namespace creased {
 
-/// What comes back of a job: mesh, labels, ridge lines and report.
+/// Serves the results of a job: mesh, labels, ridge lines and report.
 class Downloads {
  public:
   explicit Downloads(Store& store) : store_(store), files_(store) {}

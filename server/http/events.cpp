@@ -12,7 +12,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kHeartbeat{10'000};
-constexpr milliseconds kLook{500};  // for a client that has gone
+constexpr milliseconds kPeerCheck{500};  // how often to look for a client that has disconnected
 constexpr std::string_view kRetry = "retry: 1000\n\n";
 
 std::uint64_t last_event_id(std::string_view header) {
@@ -53,7 +53,7 @@ std::size_t EventStreams::Open::count(const std::string& owner) const {
   return found == by_owner_.end() ? 0 : found->second;
 }
 
-/// Counts one stream for as long as it lives.
+/// Counts one stream while it exists.
 class EventStreams::Slot {
  public:
   Slot(std::shared_ptr<Open> open, std::string owner) : open_(std::move(open)), owner_(std::move(owner)) {
@@ -68,7 +68,7 @@ class EventStreams::Slot {
   std::string owner_;
 };
 
-/// One stream: called again and again for its next piece.
+/// One stream. The server calls next() until the stream ends.
 class EventStreams::Stream {
  public:
   Stream(JobWatcher& watcher, std::unique_ptr<JobWatcher::Subscription> subscription, std::unique_ptr<Slot> slot,
@@ -79,16 +79,16 @@ class EventStreams::Stream {
         version_(version),
         connection_(connection) {}
 
-  /// False: the client has gone.
+  /// Sends what is due. Returns false when the client has disconnected.
   bool next(httplib::DataSink& sink) {
     if (!greeted_) return greet(sink);
     const auto now = JobWatcher::Clock::now();
-    const auto view = subscription_->wait_newer(version_, now + kLook);
+    const auto view = subscription_->wait_newer(version_, now + kPeerCheck);
     if (connection_.peer_gone()) return false;
     if (view == nullptr) return end(sink, ": the job was removed\n\n");
     if (view->version > version_) return report(*view, sink);
-    if (watcher_.closed()) return end(sink, ": the server is going down\nretry: 2000\n\n");
-    return now - last_sent_ < kHeartbeat || send(sink, ": still here\n\n");
+    if (watcher_.closed()) return end(sink, ": the server is shutting down\nretry: 2000\n\n");
+    return now - last_sent_ < kHeartbeat || send(sink, ": keep-alive\n\n");
   }
 
  private:
@@ -124,30 +124,32 @@ class EventStreams::Stream {
   JobWatcher::Clock::time_point last_sent_;
 };
 
-/// Counted first and looked at afterwards, so that two at once do not both see the last place free.
+/// Counts the stream before it checks the limit, so that two streams opened at once cannot both take the last place.
 std::unique_ptr<EventStreams::Slot> EventStreams::take_slot(const Caller& caller) {
   const std::string owner = caller.owner();
   auto slot = std::make_unique<Slot>(open_, owner);
   if (open_->count() > max_streams_) {
-    throw crease::Error("too_many_streams", fmt::format("{} event streams are open", max_streams_));
+    throw crease::Error("too_many_streams",
+                        fmt::format("{} event streams are open, the most that this server allows", max_streams_));
   }
   const std::size_t own = caller.limits.max_streams;
   if (own > 0 && open_->count(owner) > own) {
-    throw crease::Error("key_streams_full", fmt::format("{} event streams of this key are open", own));
+    throw crease::Error("key_streams_full",
+                        fmt::format("{} event streams are open, the most that this key may have", own));
   }
   return slot;
 }
 
 void EventStreams::open(Call& call) {
-  if (watcher_.closed()) throw crease::Error("shutting_down", "the server is going down");
+  if (watcher_.closed()) throw crease::Error("shutting_down", "the server is shutting down");
   find_job(store_, call);
   auto slot = take_slot(call.caller());
   auto subscription = watcher_.subscribe(call.id);
-  if (subscription == nullptr) throw crease::Error("job_not_found", "there is no job '" + call.id + "'");
+  if (subscription == nullptr) throw crease::Error("job_not_found", "no job '" + call.id + "'");
   const std::uint64_t version = last_event_id(call.exchange.head.header("Last-Event-ID"));
   const auto now = subscription->wait_newer(0, JobWatcher::Clock::now());
   if (now != nullptr && is_terminal(now->job.state()) && version >= now->version) {
-    call.response.status = 204;  // tells an EventSource that there is no more to come
+    call.response.status = 204;  // tells an EventSource not to reconnect
     return;
   }
   call.response.set_header("X-Accel-Buffering", "no");

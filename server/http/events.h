@@ -9,18 +9,19 @@
 
 namespace creased {
 
-/// GET /v1/jobs/{id}/events: server-sent events, a bounded number of streams at a time.
+/// GET /v1/jobs/{id}/events: server-sent events. The number of open streams is limited.
 class EventStreams {
  public:
   EventStreams(Store& store, JobWatcher& watcher, std::size_t max_streams)
       : store_(store), watcher_(watcher), max_streams_(max_streams) {}
 
-  /// Sends `progress` with the progress, then `succeeded`, `failed` or `cancelled` with the job; `id` is the version.
+  /// Sends `progress` events, then `succeeded`, `failed` or `cancelled` with the job. The id of an event is the version
+  /// of the job.
   void open(Call& call);
   std::size_t count() const { return open_->count(); }
 
  private:
-  /// The streams that are open, in all and by owner.
+  /// Counts the open streams, in total and by owner.
   class Open {
    public:
     void add(const std::string& owner);

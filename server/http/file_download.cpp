@@ -28,10 +28,10 @@ std::optional<std::uint64_t> number(std::string_view text) {
 
 [[noreturn]] void unsatisfiable(httplib::Response& response, std::uint64_t bytes) {
   response.set_header("Content-Range", fmt::format("bytes */{}", bytes));
-  throw crease::Error("range_not_satisfiable", fmt::format("there are {} bytes", bytes));
+  throw crease::Error("range_not_satisfiable", fmt::format("the file has {} bytes", bytes));
 }
 
-/// The single range of `header`; nullopt: the whole is to be sent.
+/// The range that `header` asks for; nullopt for the whole file.
 std::optional<ByteRange> parse_range(std::string_view header, std::uint64_t bytes, httplib::Response& response) {
   if (!header.starts_with("bytes=") || header.find(',') != std::string_view::npos) return std::nullopt;
   header.remove_prefix(6);

@@ -10,25 +10,25 @@
 
 namespace creased {
 
-/// A file that stays readable while it is open, whatever becomes of its name.
+/// An open file. It stays readable when it is renamed or removed.
 struct OpenFile {
   Descriptor descriptor;
   std::uint64_t bytes = 0;
 };
 
-/// Null: there is no such file.
+/// Returns null when there is no such file.
 std::shared_ptr<const OpenFile> open_file(const std::filesystem::path& path);
 
-/// How a file is handed out.
+/// A file and how to serve it.
 struct Download {
   std::shared_ptr<const OpenFile> file;
   std::string media_type;
-  std::string etag;         ///< strong, without quotes; empty: it is different the next time
-  std::string disposition;  ///< Content-Disposition; empty: none
+  std::string etag;         ///< strong, without quotes; empty when the content may change
+  std::string disposition;  ///< Content-Disposition header; empty for none
 };
 
-/// Answers with the file, or the one range of it that was asked for, or 304 when the client has it [RFC 9110].
-/// Several ranges, and ranges that are malformed, are answered with the whole.
+/// Answers with the file, with the requested range of it, or with 304 when the client's copy is current [RFC 9110].
+/// Requests for several ranges, and malformed ranges, get the whole file.
 /// \throw crease::Error range_not_satisfiable, after setting Content-Range
 void send_file(Call& call, const Download& download);
 

@@ -32,10 +32,10 @@ std::string clean_file_name(std::string_view name) {
   return clean;
 }
 
-std::string attachment(const std::string& upload_name, const std::string& otherwise, const std::string& extension) {
+std::string attachment(const std::string& upload_name, const std::string& fallback, const std::string& extension) {
   std::string stem = std::filesystem::path(upload_name).stem().string();
   stem.erase(0, stem.find_first_not_of('.'));
-  if (stem.empty()) stem = otherwise;
+  if (stem.empty()) stem = fallback;
   const std::string name = stem + "." + extension;
   std::string ascii, encoded;
   for (const char c : name) {

@@ -5,11 +5,11 @@
 
 namespace creased {
 
-/// A name as an upload may carry it: the last component of a path, UTF-8, without control characters, short.
+/// A safe file name: the last component of the path, in valid UTF-8, without control characters, and not too long.
 std::string clean_file_name(std::string_view name);
 
-/// Content-Disposition [RFC 6266] of a download: the upload's name with another extension, in ASCII and, where that
-/// loses something, in UTF-8.
-std::string attachment(const std::string& upload_name, const std::string& otherwise, const std::string& extension);
+/// Content-Disposition [RFC 6266] of a download: the upload's name with another extension, in ASCII, and also in UTF-8
+/// when ASCII cannot represent it. `fallback` is used when there is no name.
+std::string attachment(const std::string& upload_name, const std::string& fallback, const std::string& extension);
 
 }  // namespace creased

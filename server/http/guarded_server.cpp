@@ -17,10 +17,10 @@
 namespace creased {
 namespace {
 
-constexpr std::size_t kSpareThreads = 16;  // to refuse connections over the bound
-constexpr int kBacklog = 511;              // cpp-httplib's own is 5
+constexpr std::size_t kSpareThreads = 16;  // threads that refuse connections over the limit
+constexpr int kBacklog = 511;              // cpp-httplib's default is 5
 constexpr std::chrono::milliseconds kLinger{3'000};
-constexpr std::chrono::milliseconds kShortLinger{200};  // for connections over a bound, which must not hold threads
+constexpr std::chrono::milliseconds kShortLinger{200};  // for connections over a limit, so that they free their threads
 
 thread_local Exchange* current_exchange = nullptr;
 
@@ -36,7 +36,7 @@ std::string request_id_of(const RequestHead& head) {
   return usable ? std::string(given) : new_request_id();
 }
 
-// Headers that the stream or we act on, in place of the library.
+// Headers that are handled here or in the stream, and so are hidden from the library.
 bool is_ours(std::string_view name) {
   return equals_ignoring_case(name, "Content-Length") || equals_ignoring_case(name, "Transfer-Encoding") ||
          equals_ignoring_case(name, "Accept-Encoding") || equals_ignoring_case(name, "Expect") ||
@@ -44,8 +44,9 @@ bool is_ours(std::string_view name) {
          equals_ignoring_case(name, "X-Request-Id");
 }
 
-// All that the library parses itself; what the client sent is set on its request afterwards, so that it neither
-// percent-decodes headers, nor acts on ranges, lengths and multipart types, nor refuses methods in its own words.
+// The library parses this fixed head in place of the client's; fill_request() then sets what the client sent. This
+// keeps the library from percent-decoding headers, from acting on ranges, lengths and multipart types, and from
+// refusing methods in its own words.
 constexpr std::string_view kReplay = "GET / HTTP/1.1\r\n\r\n";
 
 void parse_query(std::string_view query, httplib::Params& params) {
@@ -61,7 +62,7 @@ void parse_query(std::string_view query, httplib::Params& params) {
   }
 }
 
-/// The values of all headers of that name as one list.
+/// The values of all headers with this name, joined by commas.
 std::string joined_header(const RequestHead& head, std::string_view name) {
   std::string list;
   for (const auto& [key, value] : head.headers) {
@@ -77,7 +78,7 @@ Address peer_of(const GuardedStream& stream) {
   return Address::parse(text).value_or(Address());
 }
 
-/// Headers of every answer: pages must neither guess types, nor run or embed what comes from here.
+/// Headers of every answer. They keep browsers from guessing types and from running or embedding the content.
 constexpr std::array<std::pair<const char*, const char*>, 5> kSecurityHeaders = {
     {{"X-Content-Type-Options", "nosniff"},
      {"Content-Security-Policy", "default-src 'none'; frame-ancestors 'none'"},
@@ -167,7 +168,7 @@ bool GuardedServer::process_and_close_socket(int socket) {
     try {
       converse(stream);
     } catch (const std::exception& error) {
-      spdlog::error("a connection ended by an error: {}", error.what());
+      spdlog::error("connection closed after an error: {}", error.what());
     }
     release(socket);
   } catch (const crease::Error& error) {
@@ -268,13 +269,14 @@ void GuardedServer::admit(int socket, const Address& peer) {
   const std::string address = peer.subscriber();
   const bool bounded = options_.max_connections_per_address > 0 && !options_.trusted_proxies.contains(peer);
   const std::lock_guard lock(mutex_);
-  if (draining_) throw crease::Error("shutting_down", "the server is going down");
+  if (draining_) throw crease::Error("shutting_down", "the server is shutting down");
   if (connections_.size() >= options_.max_connections) {
-    throw crease::Error("too_many_connections", "all connections are taken; try again in a moment");
+    throw crease::Error("too_many_connections", "the server has no free connection; try again in a moment");
   }
   std::size_t& open = of_address_[address];
   if (bounded && open >= options_.max_connections_per_address) {
-    throw crease::Error("address_connections_full", fmt::format("{} connections of your address are open", open));
+    throw crease::Error("address_connections_full",
+                        fmt::format("{} connections from your address are open, the most that are allowed", open));
   }
   ++open;
   connections_[socket] = {address, false};

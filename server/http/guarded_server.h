@@ -15,7 +15,7 @@
 
 namespace creased {
 
-/// One request and its answer, beside what cpp-httplib hands to handlers.
+/// One request and its answer: what cpp-httplib does not pass to handlers.
 struct Exchange {
   GuardedStream& stream;
   const RequestHead& head;
@@ -23,65 +23,68 @@ struct Exchange {
   std::string path;  ///< percent-decoded
   Source source;
   bool close = false;      ///< the connection ends after this answer
-  std::string route = {};  ///< template of the path, for metrics
+  std::string route = {};  ///< path template, for the metrics
   Caller caller = {};
-  std::optional<crease::Error> refusal = {};  ///< why the request gets no further than its head
-  std::chrono::seconds retry_after{0};        ///< 0: as its refusal has it
+  std::optional<crease::Error> refusal = {};  ///< set when the request is refused by its head alone
+  std::chrono::seconds retry_after{0};        ///< 0: as for any refusal with this status
   int status = 0;
 };
 
-/// What is known of a request when it is over.
+/// What is known of a request when it has ended.
 struct ExchangeSummary {
   std::string request_id, method, target, route, remote, key;
-  int status = 0;  ///< 0: the client left before an answer
+  int status = 0;  ///< 0 when the client disconnected before the answer
   std::uint64_t bytes_in = 0, bytes_out = 0;
   double seconds = 0;
 };
 
-/// cpp-httplib's server with connections of our own: strict heads, deadlines, counted bodies, a bound on connections,
-/// a keep-alive loop that ends when the server drains, and no rest of a body that could run as a request.
+/// cpp-httplib's server with our own handling of connections. It parses heads strictly, sets deadlines, limits bodies
+/// and the number of connections, ends keep-alive when the server drains, and never reads the rest of a body as a
+/// request.
 class GuardedServer : public httplib::Server {
  public:
   struct Options {
     StreamLimits stream;
     std::size_t max_connections = 1'500;
-    std::size_t max_connections_per_address = 0;  ///< 0: no bound
-    AddressList trusted_proxies;                  ///< whose X-Forwarded-For is believed
+    std::size_t max_connections_per_address = 0;  ///< 0 for no limit
+    AddressList trusted_proxies;                  ///< peers whose X-Forwarded-For is trusted
   };
   struct Hooks {
-    /// Settles caller and refusal of a request by its head. Returns the bytes that its body may have.
+    /// Identifies the caller and decides from the head whether to refuse the request. Returns the largest body allowed,
+    /// in bytes.
     std::function<std::uint64_t(Exchange&)> begin;
-    /// Adds headers to an answer that is about to be sent.
+    /// Adds headers to an answer just before it is sent.
     std::function<void(const Exchange&, httplib::Response&)> complete;
     std::function<void(const ExchangeSummary&)> finished;
-    /// Body and type of an answer to what was refused before it became a request.
+    /// Body of the answer to a connection or request that is refused before it reaches the library.
     std::function<std::string(const crease::Error&, const std::string& request_id)> problem;
   };
 
   GuardedServer(Options options, Hooks hooks);
 
-  /// Binds without SO_REUSEPORT, so that a port in use is an error, and returns the port (for 0: the one that was
-  /// free). \throw std::system_error
+  /// Binds to the port, or to a free one for 0, and returns it. It does not set SO_REUSEPORT, so a port in use is an
+  /// error.
+  /// \throw std::system_error
   int bind(const std::string& host, int port);
 
-  /// Answers until drain() or stop(). Blocks.
+  /// Serves until drain() or stop() is called. Blocks.
   bool serve() { return listen_after_bind(); }
 
-  /// Ends idle connections, gives requests under way `grace` to finish, then ends the rest and the server.
+  /// Closes idle connections, gives running requests `grace` to finish, then closes the rest and stops the server.
   void drain(std::chrono::milliseconds grace);
 
   bool draining() const { return draining_; }
   std::size_t connections() const;
 
-  /// The exchange that the calling thread answers.
+  /// The exchange that the calling thread is answering.
   static Exchange& exchange();
 
-  /// Answers the requests of one connection to its end.
+  /// Answers all requests of one connection.
   bool process_and_close_socket(int socket) override;
 
  private:
   struct Connection {
-    std::string address;  ///< as bounds on addresses count it
+    std::string address;  ///< as the limits by address count it
     bool active = false;  ///< a request is being answered
   };
 
@@ -94,7 +97,7 @@ class GuardedServer : public httplib::Server {
 
   /// \throw crease::Error shutting_down, too_many_connections, address_connections_full
   void admit(int socket, const Address& peer);
-  /// False: the server drains and the connection must end.
+  /// Returns false when the server is draining and the connection must close.
   bool set_active(int socket, bool active);
   void release(int socket);
 
@@ -104,7 +107,7 @@ class GuardedServer : public httplib::Server {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::unordered_map<int, Connection> connections_;
-  std::unordered_map<std::string, std::size_t> of_address_;  // connections
+  std::unordered_map<std::string, std::size_t> of_address_;  // number of connections
 };
 
 }  // namespace creased

@@ -18,7 +18,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::size_t kPiece = 64 * 1024;
-constexpr std::size_t kMaxChunkLine = 256;  // size, extensions or one trailer
+constexpr std::size_t kMaxChunkLine = 256;  // a chunk's size and extensions, or one trailer
 constexpr std::size_t kMaxTrailers = 32;
 
 int wait_for(int socket, short events, milliseconds time) {
@@ -80,7 +80,7 @@ RequestHead GuardedStream::read_head() {
     const auto end = buffered().find("\r\n\r\n", searched);
     if (std::min(end, buffered().size()) > limits_.head.max_bytes) {
       throw crease::Error("headers_too_large",
-                          "the head is longer than " + std::to_string(limits_.head.max_bytes) + " bytes");
+                          "the request head is longer than " + std::to_string(limits_.head.max_bytes) + " bytes");
     }
     if (end != std::string_view::npos) {
       const std::string bytes(buffered().substr(0, end + 4));
@@ -92,9 +92,9 @@ RequestHead GuardedStream::read_head() {
       case Fill::kData:
         break;
       case Fill::kEnd:
-        throw crease::Error("request_malformed", "the connection ended within the head");
+        throw crease::Error("request_malformed", "the connection closed before the end of the head");
       case Fill::kTimeout:
-        throw crease::Error("request_timeout", "the head did not arrive in time");
+        throw crease::Error("request_timeout", "the request head did not arrive in time");
     }
   }
 }

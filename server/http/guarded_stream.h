@@ -13,42 +13,43 @@ namespace creased {
 
 struct StreamLimits {
   HeadLimits head;
-  std::chrono::milliseconds head_timeout{10'000};   ///< from the first byte of a head to its end, whatever trickles in
-  std::chrono::milliseconds body_timeout{30'000};   ///< for a body, and for a pause in it
-  std::uint64_t body_bytes_per_second = 4096;       ///< a longer body has so much longer
-  std::chrono::milliseconds idle_timeout{60'000};   ///< between two requests of a connection
-  std::chrono::milliseconds write_timeout{30'000};  ///< for a pause in an answer that the client does not take
+  std::chrono::milliseconds head_timeout{10'000};   ///< from the first byte of a head to its last
+  std::chrono::milliseconds body_timeout{30'000};   ///< for a pause in a body, and for a body as a whole
+  std::uint64_t body_bytes_per_second = 4096;       ///< received bytes that extend this by one second
+  std::chrono::milliseconds idle_timeout{60'000};   ///< between two requests on a connection
+  std::chrono::milliseconds write_timeout{30'000};  ///< for a client that stops reading an answer
 };
 
-/// The socket of one connection as cpp-httplib sees it. It frames requests itself: the head comes whole, checked and
-/// bounded in time and size; of the body the library is given exactly the bytes that belong to it, chunks decoded and
-/// counted, and then end of file. What follows can so never be taken for a part of it, nor its rest for a request.
+/// The socket of one connection, as cpp-httplib sees it. The framing is done here: the head is read whole, checked, and
+/// limited in time and size; the library then reads exactly the bytes of the body, with chunks decoded, and an end of
+/// file. So the body can never run into the next request, and an unread rest of a body is never parsed as a request.
 class GuardedStream final : public httplib::Stream {
  public:
   using Clock = std::chrono::steady_clock;
 
   GuardedStream(int socket, const StreamLimits& limits);
 
-  /// Waits for the first byte of a request. False: the client has gone or has been idle too long.
+  /// Waits for the first byte of a request. Returns false when the client has disconnected or was idle for too long.
   bool await_request();
-  /// \throw crease::Error request_timeout, headers_too_large, request_malformed and the rest of parse_head.
+  /// \throw crease::Error request_timeout, headers_too_large, request_malformed, and what parse_head throws
   RequestHead read_head();
-  /// What the library reads next: `replay`, then the body that `head` announces, at most `max_body` bytes of it.
+  /// Sets what the library reads next: `replay`, then the body that `head` announces, at most `max_body` bytes.
   void begin(const RequestHead& head, std::string replay, std::uint64_t max_body);
 
   /// Whether every byte of the body has been read.
   bool body_complete() const { return body_ == Body::kComplete; }
-  /// Code of what is wrong with the body: payload_too_large, body_incomplete, request_timeout; empty: nothing yet.
+  /// Error code of a faulty body: payload_too_large, body_incomplete or request_timeout. Empty while there is no fault.
   std::string_view body_fault() const { return body_fault_; }
   std::uint64_t body_bytes() const { return body_bytes_; }
   std::uint64_t bytes_written() const { return bytes_written_; }
-  /// Asked between two pieces of the body, with its bytes so far; false ends it as body_incomplete.
+  /// Sets a function that is called between two pieces of the body with the number of bytes read so far. When it
+  /// returns false, the body ends with body_incomplete.
   void set_body_guard(std::function<bool(std::uint64_t)> guard) { body_guard_ = std::move(guard); }
 
-  /// Whether the client has closed its end or the connection has broken.
+  /// Whether the client has closed its end or the connection is broken.
   bool peer_gone() const;
-  /// Ends the sending side, then reads what still comes for at most `time`, so that a client in the middle of its
-  /// upload reads the answer instead of a reset.
+  /// Closes the sending side, then reads and discards input for at most `time`. This lets a client that is still
+  /// uploading read the answer; closing at once would reset its connection.
   void linger(std::chrono::milliseconds time);
 
   bool is_readable() const override { return true; }
@@ -68,7 +69,7 @@ class GuardedStream final : public httplib::Stream {
   std::string_view buffered() const { return std::string_view(buffer_).substr(offset_); }
   void consume(std::size_t bytes) { offset_ += bytes; }
   bool fill_body();
-  /// A line of the chunked coding without its CRLF; false when the body has become faulty.
+  /// Reads a line of the chunked coding, without its CRLF. Returns false when the body is faulty.
   bool chunk_line(std::string& line);
   bool next_chunk();
   bool finish_chunk();
@@ -77,14 +78,14 @@ class GuardedStream final : public httplib::Stream {
 
   int socket_;
   const StreamLimits& limits_;
-  std::string buffer_;  // received, from offset_ on not yet used
+  std::string buffer_;  // received bytes; those before offset_ are used up
   std::size_t offset_ = 0;
 
   std::string replay_;
   std::size_t replay_offset_ = 0;
   Body body_ = Body::kComplete;
   std::string_view body_fault_;
-  std::uint64_t remaining_ = 0;  // of the body or of the chunk
+  std::uint64_t remaining_ = 0;  // bytes left of the body or chunk
   std::uint64_t max_body_ = 0;
   std::uint64_t body_bytes_ = 0;
   std::uint64_t bytes_written_ = 0;

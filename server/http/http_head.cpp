@@ -33,7 +33,7 @@ std::string_view take_line(std::string_view& rest) {
 
 std::string origin_form(std::string_view target) {
   if (target.starts_with("/") || target == "*") return std::string(target);
-  if (!target.starts_with("http://")) malformed("the request target is not a path");
+  if (!target.starts_with("http://")) malformed("the request target is not a path or an http URL");
   const auto slash = target.find('/', 7);
   return slash == std::string_view::npos ? "/" : std::string(target.substr(slash));
 }
@@ -41,7 +41,7 @@ std::string origin_form(std::string_view target) {
 void parse_request_line(std::string_view line, const HeadLimits& limits, RequestHead& head) {
   const auto first = line.find(' ');
   const auto last = line.rfind(' ');
-  if (first == std::string_view::npos || first == last) malformed("the request line has not three parts");
+  if (first == std::string_view::npos || first == last) malformed("the request line does not have three parts");
   const std::string_view method = line.substr(0, first), target = line.substr(first + 1, last - first - 1);
   const std::string_view version = line.substr(last + 1);
   if (!is_token(method)) malformed("the method is not a token");
@@ -55,7 +55,7 @@ void parse_request_line(std::string_view line, const HeadLimits& limits, Request
   }
   if (!version.starts_with("HTTP/")) malformed("the request line does not end in an HTTP version");
   if (version != "HTTP/1.1" && version != "HTTP/1.0") {
-    throw crease::Error("http_version_unsupported", "HTTP/1.1 and HTTP/1.0 are spoken here");
+    throw crease::Error("http_version_unsupported", "this server supports HTTP/1.1 and HTTP/1.0");
   }
   head.method = method;
   head.target = origin_form(target.substr(0, target.find('#')));
@@ -63,9 +63,9 @@ void parse_request_line(std::string_view line, const HeadLimits& limits, Request
 }
 
 void parse_field(std::string_view line, RequestHead& head) {
-  if (line.front() == ' ' || line.front() == '\t') malformed("a header is folded over two lines");
+  if (line.front() == ' ' || line.front() == '\t') malformed("a header continues on a second line");
   const auto colon = line.find(':');
-  if (colon == std::string_view::npos || !is_token(line.substr(0, colon))) malformed("a header has no proper name");
+  if (colon == std::string_view::npos || !is_token(line.substr(0, colon))) malformed("a header has no valid name");
   const std::string_view value = trimmed(line.substr(colon + 1));
   if (!is_field_text(value)) malformed("a header has control characters");
   head.headers.emplace_back(line.substr(0, colon), value);
@@ -80,7 +80,7 @@ std::uint64_t parse_length(std::string_view text) {
   return length;
 }
 
-/// What proxies and servers could take different ones of.
+/// Refuses repeated headers of which a proxy and a server could each use a different one.
 void refuse_repetition(const RequestHead& head) {
   for (const std::string name : {"Authorization", "Content-Encoding", "Content-Type", "Origin"}) {
     if (head.count(name) > 1) malformed("there is more than one " + name);
@@ -93,9 +93,9 @@ void settle_framing(RequestHead& head) {
   if (lengths == 1 && encodings > 0) malformed("Content-Length and Transfer-Encoding contradict each other");
   if (lengths == 1) head.content_length = parse_length(head.header("Content-Length"));
   if (encodings == 0) return;
-  if (head.version == "HTTP/1.0") malformed("HTTP/1.0 has no Transfer-Encoding");
+  if (head.version == "HTTP/1.0") malformed("an HTTP/1.0 request may not have Transfer-Encoding");
   if (encodings > 1 || !equals_ignoring_case(head.header("Transfer-Encoding"), "chunked")) {
-    throw crease::Error("transfer_encoding_unsupported", "the only transfer encoding here is chunked");
+    throw crease::Error("transfer_encoding_unsupported", "the only supported transfer encoding is chunked");
   }
   head.chunked = true;
 }
@@ -115,7 +115,7 @@ void settle_connection(RequestHead& head) {
       head.version == "HTTP/1.1" ? !lists_token(connection, "close") : lists_token(connection, "keep-alive");
   if (head.count("Expect") == 0 || head.version == "HTTP/1.0") return;
   if (head.count("Expect") > 1 || !equals_ignoring_case(head.header("Expect"), "100-continue")) {
-    throw crease::Error("expectation_failed", "the only expectation that can be met is 100-continue");
+    throw crease::Error("expectation_failed", "the only supported expectation is 100-continue");
   }
   head.expects_continue = head.has_body();
 }
@@ -152,7 +152,7 @@ RequestHead parse_head(std::string_view bytes, const HeadLimits& limits) {
     parse_field(line, head);
   }
   const std::size_t hosts = head.count("Host");
-  if (hosts > 1 || (hosts == 0 && head.version == "HTTP/1.1")) malformed("there must be one Host header");
+  if (hosts > 1 || (hosts == 0 && head.version == "HTTP/1.1")) malformed("the request must have one Host header");
   refuse_repetition(head);
   settle_framing(head);
   settle_connection(head);

@@ -9,19 +9,20 @@
 
 namespace creased {
 
-/// What a request may be made of before it is looked at any further.
+/// Limits on the head of a request.
 struct HeadLimits {
   std::size_t max_bytes = 16 * 1024;
   std::size_t max_target_bytes = 8 * 1024;
   std::size_t max_headers = 64;
 };
 
-/// The head of a request, read strictly [RFC 9112]: what two readers could understand differently is refused.
+/// The head of a request, parsed strictly [RFC 9112]. Anything that a proxy and a server could interpret differently is
+/// refused.
 struct RequestHead {
   std::string method;
   std::string target;  ///< origin form: path and query
   std::string version;
-  std::vector<std::pair<std::string, std::string>> headers;  ///< values trimmed, otherwise as sent
+  std::vector<std::pair<std::string, std::string>> headers;  ///< as sent, with trimmed values
 
   std::optional<std::uint64_t> content_length;
   bool chunked = false;
@@ -29,24 +30,24 @@ struct RequestHead {
   bool expects_continue = false;
 
   std::size_t count(std::string_view name) const;
-  /// The first header of that name in any case; empty when there is none.
+  /// The value of the first header with this name, ignoring case; empty when there is none.
   std::string_view header(std::string_view name) const;
   /// The target without its query.
   std::string_view path() const;
   bool has_body() const { return chunked || content_length.value_or(0) > 0; }
 };
 
-/// Parses everything up to and including the empty line.
+/// Parses a head, up to and including its empty line.
 /// \throw crease::Error request_malformed, uri_too_long, headers_too_large, http_version_unsupported,
 /// transfer_encoding_unsupported, expectation_failed
 RequestHead parse_head(std::string_view bytes, const HeadLimits& limits);
 
-/// Whether a line is a header field: a name, a colon, and text without control characters.
+/// Whether a line is a header field: a name, a colon, and a value without control characters.
 bool is_field_line(std::string_view line);
 
-/// Equality of ASCII text in any case.
+/// Compares ASCII text ignoring case.
 bool equals_ignoring_case(std::string_view a, std::string_view b);
-/// Without blanks and tabs at both ends.
+/// The text without spaces and tabs at both ends.
 std::string_view trimmed(std::string_view text);
 
 }  // namespace creased

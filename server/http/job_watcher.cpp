@@ -16,7 +16,7 @@ struct JobWatcher::Channel {
   void publish(std::shared_ptr<const JobView> view) {
     const std::lock_guard lock(mutex);
     removed = view == nullptr;
-    // Two loads may overtake each other.
+    // An older load may finish after a newer one.
     if (view != nullptr && (latest == nullptr || view->version >= latest->version)) latest = std::move(view);
     changed.notify_all();
   }
@@ -45,7 +45,7 @@ void JobWatcher::run() {
     try {
       look();
     } catch (const std::exception& error) {
-      spdlog::warn("cannot look for changed jobs: {}", error.what());
+      spdlog::warn("cannot poll the store for changed jobs: {}", error.what());
     }
     lock.lock();
   }
@@ -64,7 +64,7 @@ void JobWatcher::look() {
 }
 
 std::shared_ptr<const JobView> JobWatcher::load(const std::string& id) {
-  // The version first: what changes in between is then seen as newer than what was read.
+  // Read the version first: a change in between then counts as newer than the job that was read.
   const std::uint64_t version = store_.version_of(id);
   auto job = store_.find(id);
   if (!job) return nullptr;

@@ -13,15 +13,15 @@
 
 namespace creased {
 
-/// Whether a job in this state changes no more.
+/// Whether a job in this state can no longer change.
 bool is_terminal(const std::string& state);
 
-/// A job as it stood at a version.
+/// A job at one version.
 struct JobView {
   crease::v1::Job job;
   std::uint64_t version = 0;
 
-  /// What `make` makes of this view, made once however many ask.
+  /// The text that `make` makes of this view. It is made once, however many threads ask for it.
   template <typename Make>
   const std::string& event(const Make& make) const {
     std::call_once(made_, [&] { event_ = make(*this); });
@@ -35,8 +35,8 @@ struct JobView {
   mutable std::string event_;
 };
 
-/// One thread that looks for changes in the store and hands every changed job, read once, to all who wait for it:
-/// hundreds of event streams cost the store no more than one.
+/// A thread that polls the store for changes. It reads each changed job once and passes it to everyone who waits for
+/// it, so hundreds of event streams cost the store no more than one.
 class JobWatcher {
  private:
   struct Channel;
@@ -44,11 +44,11 @@ class JobWatcher {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// `on_change` is told of every changed job.
+  /// `on_change` is called with every changed job.
   JobWatcher(Store& store, std::chrono::milliseconds poll, std::function<void(const crease::v1::Job&)> on_change);
   ~JobWatcher();
 
-  /// A place from which one job is watched. Must not outlive the watcher.
+  /// Watches one job. Must not outlive the watcher.
   class Subscription {
    public:
     Subscription(JobWatcher& watcher, std::string id, std::shared_ptr<Channel> channel);
@@ -56,7 +56,8 @@ class JobWatcher {
     Subscription(const Subscription&) = delete;
     Subscription& operator=(const Subscription&) = delete;
 
-    /// The job as soon as it is newer than `version`, at the latest at `deadline` as it is then. Null: it was removed.
+    /// Waits until the job is newer than `version` or `deadline` has passed, and returns it as it is then; null when it
+    /// was removed.
     std::shared_ptr<const JobView> wait_newer(std::uint64_t version, Clock::time_point deadline);
 
    private:
@@ -65,13 +66,13 @@ class JobWatcher {
     std::shared_ptr<Channel> channel_;
   };
 
-  /// Null: no such job.
+  /// Returns null when there is no such job.
   std::unique_ptr<Subscription> subscribe(const std::string& id);
 
-  /// Tells those who watch a job at once that it has changed or gone.
+  /// Notifies the subscribers of a job at once that it has changed or was removed.
   void refresh(const std::string& id);
 
-  /// Lets all waits return at once, from now on.
+  /// Makes all waits return at once, those under way and those to come.
   void close();
   bool closed() const { return closed_; }
 
@@ -86,7 +87,7 @@ class JobWatcher {
   const std::chrono::milliseconds poll_;
   const std::function<void(const crease::v1::Job&)> on_change_;
   std::atomic<bool> closed_{false};
-  std::uint64_t seen_ = 0;  // of the watching thread alone
+  std::uint64_t seen_ = 0;  // used by the watching thread only
 
   std::mutex mutex_;
   std::condition_variable stop_changed_;

@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kDefaultPage = 50;
 
-crease::Error not_found(const std::string& id) { return {"job_not_found", "there is no job '" + id + "'"}; }
+crease::Error not_found(const std::string& id) { return {"job_not_found", "no job '" + id + "'"}; }
 
 crease::v1::Job with_links(crease::v1::Job job) {
   const std::string self = "/v1/jobs/" + job.id();

@@ -2,5 +2,5 @@
 
 #include <httplib.h>
 
-// A macro of resolv.h, which cpp-httplib includes; Eigen has parameters of that name.
+// cpp-httplib includes resolv.h, which defines this macro; Eigen has parameters with the same name.
 #undef _res

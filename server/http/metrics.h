@@ -15,17 +15,17 @@
 
 namespace creased {
 
-/// The figures of GET /metrics.
+/// The metrics of GET /metrics.
 class Metrics {
  public:
   Metrics();
 
   void count(const ExchangeSummary& exchange);
-  /// Of jobs that this process has seen change.
+  /// Counts a job whose state has changed while this process ran.
   void count_state(const crease::v1::Job& job);
   void forget(const std::string& job_id);
 
-  /// Text format 0.0.4, with the gauges as they are now.
+  /// The metrics in Prometheus text format 0.0.4, with the given gauges.
   std::string text(std::size_t queued, std::size_t streams, std::size_t connections);
 
  private:
@@ -39,7 +39,7 @@ class Metrics {
   prometheus::Gauge& connections_;
 
   std::mutex mutex_;
-  std::unordered_map<std::string, std::string> state_of_;  // jobs that have not ended
+  std::unordered_map<std::string, std::string> state_of_;  // of jobs that have not ended
 };
 
 }  // namespace creased

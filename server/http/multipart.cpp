@@ -10,7 +10,7 @@ constexpr std::size_t kMaxPartHead = 8 * 1024;
 
 [[noreturn]] void invalid(const std::string& detail) { throw crease::Error("multipart_invalid", detail); }
 
-/// The value of `name` in `type; name=value; other="value"`, in which a quoted value may hold escaped quotes.
+/// The value of `name` in `type; name=value; other="value"`. A quoted value may contain escaped quotes.
 std::string parameter_of(std::string_view field, std::string_view name) {
   auto rest = field.substr(std::min(field.find(';'), field.size()));
   while (rest.starts_with(';')) {
@@ -48,7 +48,7 @@ MultipartReader::Part parse_part_head(std::string_view head) {
     if (equals_ignoring_case(name, "Content-Type")) part.content_type = value.substr(0, value.find(';'));
     if (!equals_ignoring_case(name, "Content-Disposition")) continue;
     if (!equals_ignoring_case(trimmed(value.substr(0, value.find(';'))), "form-data"))
-      invalid("a part is no form-data");
+      invalid("a part does not have the Content-Disposition form-data");
     part.name = parameter_of(value, "name");
     part.file_name = parameter_of(value, "filename");
   }
@@ -64,7 +64,7 @@ std::string multipart_boundary(std::string_view content_type) {
   return boundary;
 }
 
-// A line break stands before the first boundary in spirit, so that every boundary looks alike.
+// The buffer starts with a line break, so that the first boundary looks like all others.
 MultipartReader::MultipartReader(std::string_view boundary)
     : delimiter_("\r\n--" + std::string(boundary)), held_("\r\n") {}
 
@@ -112,9 +112,9 @@ bool MultipartReader::after_boundary() {
   if (held_.starts_with("--")) {
     state_ = State::kEpilogue;
   } else if (held_.starts_with("\r\n")) {
-    state_ = State::kHeaders;  // the line break stays, so that an empty head ends in two as any other
+    state_ = State::kHeaders;  // keep the line break, so that an empty head also ends in two
   } else {
-    invalid("a boundary is followed by something else than a line break");
+    invalid("a boundary is not followed by a line break");
   }
   return true;
 }

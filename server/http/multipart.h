@@ -6,11 +6,11 @@
 
 namespace creased {
 
-/// The boundary of a multipart/form-data type. \throw crease::Error multipart_invalid
+/// The boundary in a multipart/form-data Content-Type. \throw crease::Error multipart_invalid
 std::string multipart_boundary(std::string_view content_type);
 
-/// Takes multipart/form-data [RFC 7578] apart as it streams in, holding no more than a boundary and the headers of a
-/// part. cpp-httplib's own reader keeps everything that follows the last boundary.
+/// Parses multipart/form-data [RFC 7578] as it arrives. It buffers no more than a boundary and the headers of one part;
+/// cpp-httplib's own reader buffers everything after the last boundary.
 class MultipartReader {
  public:
   struct Part {
@@ -26,7 +26,7 @@ class MultipartReader {
 
   /// \throw crease::Error multipart_invalid, and what the callbacks throw
   void feed(std::string_view data);
-  /// After the last byte. \throw crease::Error multipart_invalid when the closing boundary is missing
+  /// Call after the last byte. \throw crease::Error multipart_invalid when the closing boundary is missing
   void finish() const;
 
  private:

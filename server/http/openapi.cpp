@@ -22,7 +22,7 @@ using Json = nlohmann::ordered_json;
 using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;
 
-// What any call can meet before it reaches its handler.
+// Problems that any call can have before it reaches its handler.
 const std::vector<std::string> kCommonProblems = {"address_connections_full",
                                                   "expectation_failed",
                                                   "headers_too_large",
@@ -92,7 +92,7 @@ Json problem_schema() {
             {"request_id", text}}}};
 }
 
-// As JSON has them: edges in pairs, unlike the flat list of the message.
+// In JSON, edges are pairs; in the protobuf message they are a flat list.
 Json labels_schema() {
   const Json numbers = {{"type", "array"}, {"items", {{"type", "number"}}}};
   const Json pair = {{"type", "array"}, {"items", {{"type", "integer"}}}, {"minItems", 2}, {"maxItems", 2}};
@@ -161,10 +161,10 @@ Json operation_parameters(const Route& route) {
     all.push_back(query_parameter(field.name, field.meaning, field_as_schema(field)));
   }
   if (route.operation == "watch_job") {
-    all.push_back(header_parameter("Last-Event-ID", "Only what is newer than the event with this id."));
+    all.push_back(header_parameter("Last-Event-ID", "Sends only what is newer than the event with this id."));
   }
   if (!route.takes_parameters()) return all;
-  all.push_back(header_parameter("Prefer", "wait=N holds the answer until the job ends, N seconds at most."));
+  all.push_back(header_parameter("Prefer", "wait=N delays the answer until the job ends, at most N seconds."));
   all.push_back(header_parameter("Idempotency-Key", "1 to 255 visible ASCII characters; makes a retry safe."));
   const Json schema = crease::parameters_schema();
   for (const auto& info : crease::parameter_table()) {
@@ -175,7 +175,7 @@ Json operation_parameters(const Route& route) {
 
 Json weights_schema() {
   return {{"type", "array"},
-          {"description", "Weights of the likelihood, one per vertex; they go before those of the mesh file."},
+          {"description", "Weights of the likelihood, one per vertex. They override those in the mesh file."},
           {"items", {{"type", "number"}, {"minimum", 0}, {"maximum", crease::kMaxWeight}}}};
 }
 
@@ -215,7 +215,7 @@ Json success(const Route& route, const RouteAnswer& answer) {
   return response;
 }
 
-/// Codes of who calls.
+/// Problems of access: key, rate, origin.
 std::vector<std::string> access_problems(const Route& route) {
   std::vector<std::string> codes;
   if (route.access == Access::kKey || route.access == Access::kMetrics) codes.emplace_back("unauthorized");
@@ -224,11 +224,11 @@ std::vector<std::string> access_problems(const Route& route) {
   return codes;
 }
 
-/// What a refusal with that status says in its head.
+/// Adds the headers that a refusal with this status has.
 void add_headers(int status, Json& response) {
   if (status == 401) response["headers"]["WWW-Authenticate"] = header("Bearer.", "string");
   if (status == 429 || status == 503) {
-    response["headers"]["Retry-After"] = header("Seconds until it is worth trying again.", "integer");
+    response["headers"]["Retry-After"] = header("Seconds to wait before trying again.", "integer");
   }
 }
 
@@ -251,7 +251,7 @@ Json problems(const Route& route) {
   return responses;
 }
 
-/// A key, or none where the service has no keys or does not ask for one.
+/// A key; or nothing, on a server without keys or for a route that needs none.
 Json security(const Route& route) {
   const Json key = {{"key", Json::array()}}, nothing = Json::object();
   if (route.access == Access::kOpen || route.access == Access::kProbe) return Json::array({nothing});
@@ -287,7 +287,7 @@ Json make_document() {
       {"type", "http"},
       {"scheme", "bearer"},
       {"description",
-       "A key made by `creased key`, where the service has keys; jobs of other keys do not exist for it."}};
+       "A key made by `creased key`, needed when the service has keys. A key cannot see the jobs of other keys."}};
   return document;
 }
 

@@ -4,7 +4,8 @@
 
 namespace creased {
 
-/// The OpenAPI 3.1 description of the API, made from the tables of routes, parameters and errors and from the schema.
+/// The OpenAPI 3.1 document of the API, made from the tables of routes, parameters and errors and from the protobuf
+/// schema.
 const nlohmann::ordered_json& openapi_document();
 
 }  // namespace creased

@@ -9,8 +9,8 @@ namespace {
 
 bool is_queue(std::string_view code) { return code == "queue_full" || code == "key_queue_full"; }
 
-/// Whether what the error is about passes by itself.
-bool passes(const crease::Error& error, int status) {
+/// Whether the same request may succeed later.
+bool is_temporary(const crease::Error& error, int status) {
   return status == 503 || status == 429 || error.code() == "job_not_finished" || error.code() == "snapshot_unavailable";
 }
 
@@ -26,14 +26,14 @@ std::string problem_json(const crease::Error& error, const std::string& request_
     if (!text->empty()) document[name] = *text;
   }
   document["request_id"] = request_id;
-  // What the client sent need not be UTF-8.
+  // The error may quote bytes of the client that are not UTF-8.
   return document.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 void answer_problem(httplib::Response& response, const crease::Error& error, const std::string& request_id) {
   response.status = crease::error_kind(error.code()).status;
   response.set_content(problem_json(error, request_id), "application/problem+json");
-  if (!response.has_header("Retry-After") && passes(error, response.status)) {
+  if (!response.has_header("Retry-After") && is_temporary(error, response.status)) {
     response.set_header("Retry-After", is_queue(error.code()) ? "5" : "1");
   }
 }

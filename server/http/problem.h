@@ -7,10 +7,10 @@
 
 namespace creased {
 
-/// The problem document [RFC 9457] of an error, without the members that say nothing.
+/// The problem document [RFC 9457] of an error, without empty members.
 std::string problem_json(const crease::Error& error, const std::string& request_id);
 
-/// Makes `response` the answer to an error: status, document, and Retry-After where trying again helps.
+/// Turns `response` into the answer to an error: status, problem document, and Retry-After when trying again may help.
 void answer_problem(httplib::Response& response, const crease::Error& error, const std::string& request_id);
 
 }  // namespace creased

@@ -20,10 +20,10 @@ using crease::LabelledMesh;
 
 LabelledMesh read_result(const std::filesystem::path& path) {
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!file.open()) throw Error("store_unavailable", "a result cannot be opened");
+  if (!file.open()) throw Error("store_unavailable", "the result of the job cannot be opened");
   google::protobuf::io::FileInputStream stream(file.get());
   crease::v1::LabelledMesh message;
-  if (!message.ParseFromZeroCopyStream(&stream)) throw Error("store_unavailable", "a result cannot be read");
+  if (!message.ParseFromZeroCopyStream(&stream)) throw Error("store_unavailable", "the result of the job is damaged");
   return crease::from_message(message);
 }
 
@@ -59,7 +59,7 @@ nlohmann::ordered_json extras(const crease::v1::Job& job) {
 
 }  // namespace
 
-/// The right to make one file, waited for while another makes it.
+/// The exclusive right to make one file. The constructor waits while another thread makes it.
 class ResultFiles::Turn {
  public:
   Turn(ResultFiles& files, std::string key) : files_(files), key_(std::move(key)) {
@@ -86,7 +86,7 @@ std::shared_ptr<const OpenFile> ResultFiles::mesh(const crease::v1::Job& job, cr
 
 std::shared_ptr<const OpenFile> ResultFiles::snapshot(const crease::v1::Job& job, crease::MeshFormat format) {
   const auto source = store_.file_path(job.id(), file::kSnapshot);
-  if (!std::filesystem::exists(source)) throw Error("snapshot_unavailable", "the job has left no snapshot yet");
+  if (!std::filesystem::exists(source)) throw Error("snapshot_unavailable", "the job has not written a snapshot yet");
   return passing(source, [&](const LabelledMesh& result) { return crease::encode_mesh(result, format, extras(job)); });
 }
 
@@ -134,7 +134,7 @@ std::shared_ptr<const OpenFile> ResultFiles::passing(const std::filesystem::path
   return unkept(encode(read_result(source)));
 }
 
-/// A file without a name, which goes with its last reader: where there is no room to keep it.
+/// A nameless file that vanishes with its last reader, for content that is not kept.
 std::shared_ptr<const OpenFile> ResultFiles::unkept(const std::string& bytes) {
   const auto path = store_.temporary_path();
   const Descriptor file(::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600));

@@ -19,7 +19,7 @@ namespace creased {
 enum class LabelFormat { kJson, kCsv, kProtobuf };
 enum class RidgeFormat { kJson, kGlb };
 
-/// Files made from the results of jobs: encoded when first asked for, once however many ask, and kept beside the
+/// Download files made from the results of jobs. Each is encoded once, when it is first requested, and kept beside the
 /// result.
 class ResultFiles {
  public:
@@ -27,9 +27,9 @@ class ResultFiles {
 
   /// The mesh of a job that succeeded.
   std::shared_ptr<const OpenFile> mesh(const crease::v1::Job& job, crease::MeshFormat format);
-  /// The mesh of a running job at its last snapshot. \throw crease::Error snapshot_unavailable
+  /// The last snapshot of a running job's mesh. \throw crease::Error snapshot_unavailable
   std::shared_ptr<const OpenFile> snapshot(const crease::v1::Job& job, crease::MeshFormat format);
-  /// The edges of a job that succeeded whose label is at least `min`.
+  /// The edges with a label of at least `min`, of a job that succeeded.
   std::shared_ptr<const OpenFile> labels(const crease::v1::Job& job, LabelFormat format, double min);
   /// The ridge lines of a job that succeeded.
   std::shared_ptr<const OpenFile> ridges(const crease::v1::Job& job, RidgeFormat format);
@@ -46,7 +46,7 @@ class ResultFiles {
   std::mutex mutex_;
   std::condition_variable finished_;
   std::set<std::string> under_way_;
-  // Two at a time, so that many downloads of large results do not take the memory all at once.
+  // At most two at a time, to bound the memory that downloads of large results need.
   std::counting_semaphore<> encoders_{2};
 };
 

@@ -39,15 +39,17 @@ std::vector<std::string> submit_problems() {
 }
 
 Route submit_route() {
-  return {"POST",
-          "/v1/jobs",
-          "submit_job",
-          "Submit a mesh to be smoothed",
-          {{"name", "string", "File name of the mesh, for people and for guessing the format."},
-           {"format", "string", "Format of the mesh; otherwise by media type, name, then its bytes.", kUploadFormats}},
-          {{202, "The job has been taken; Location names it.", {kJson}, "Job"},
-           {200, "The job has ended within the time of `Prefer: wait`.", {kJson}, "Job"}},
-          submit_problems()};
+  return {
+      "POST",
+      "/v1/jobs",
+      "submit_job",
+      "Submit a mesh for smoothing",
+      {{"name", "string", "File name of the mesh. It is shown in lists, and its extension may tell the format."},
+       {"format", "string", "Format of the mesh. By default it is found from the media type, the name, then the bytes.",
+        kUploadFormats}},
+      {{202, "The job is accepted. Location is its path.", {kJson}, "Job"},
+       {200, "The job ended within the time that `Prefer: wait` allowed.", {kJson}, "Job"}},
+      submit_problems()};
 }
 
 std::vector<Route> job_routes() {
@@ -57,37 +59,38 @@ std::vector<Route> job_routes() {
        "list_jobs",
        "List jobs, newest first",
        {{"state", "string", "Only jobs in this state.", {"queued", "running", "succeeded", "failed", "cancelled"}},
-        {"limit", "integer", "Jobs on a page.", {}, 1, 1000},
-        {"cursor", "string", "Where a page starts: next_cursor of the page before."}},
+        {"limit", "integer", "Number of jobs on a page.", {}, 1, 1000},
+        {"cursor", "string", "Start of the page: next_cursor of the page before."}},
        {{200, "A page of jobs.", {kJson}, "JobList"}},
        {"parameter_invalid", "parameter_out_of_range"}},
       {"GET",
        "/v1/jobs/{id}",
        "get_job",
-       "A job: state, input, parameters, progress, result",
+       "Get a job: state, input, parameters, progress, result",
        {},
        {{200, "The job.", {kJson}, "Job"}},
        {"job_not_found"}},
       {"DELETE",
        "/v1/jobs/{id}",
        "delete_job",
-       "Remove a job with its data",
+       "Delete a job and all its data",
        {},
-       {{204, "The job is gone.", {}, ""}},
+       {{204, "The job is deleted.", {}, ""}},
        {"job_not_found"}},
       {"POST",
        "/v1/jobs/{id}/cancel",
        "cancel_job",
-       "Stop a job",
+       "Cancel a job",
        {},
-       {{202, "The job stops within a sweep.", {kJson}, "Job"}, {200, "The job has ended.", {kJson}, "Job"}},
+       {{202, "The job will stop within one sweep.", {kJson}, "Job"},
+        {200, "The job had already ended.", {kJson}, "Job"}},
        {"job_not_found"}},
       {"GET",
        "/v1/jobs/{id}/events",
        "watch_job",
        "Follow a job as server-sent events: progress, then succeeded, failed or cancelled",
        {},
-       {{200, "The events.", {"text/event-stream"}, ""}, {204, "Last-Event-ID was the last event.", {}, ""}},
+       {{200, "The events.", {"text/event-stream"}, ""}, {204, "There are no events after Last-Event-ID.", {}, ""}},
        {"job_not_found", "key_streams_full", "too_many_streams", "shutting_down"}},
   };
 }
@@ -103,36 +106,40 @@ std::vector<Route> result_routes() {
       {"GET",
        "/v1/jobs/{id}/mesh",
        "get_mesh",
-       "The smoothed mesh",
-       {{"format", "string", "Format of the mesh; otherwise by Accept, otherwise glb.", kMeshFormats},
-        {"snapshot", "boolean", "While the job runs: the mesh as it is now."}},
+       "Download the smoothed mesh",
+       {{"format", "string", "Format of the mesh. By default the Accept header decides, or else it is glb.",
+         kMeshFormats},
+        {"snapshot", "boolean", "While the job is running, its latest intermediate mesh."}},
        {{200, "The mesh.", mesh_media_types(), ""},
         {206, "A range of its bytes.", mesh_media_types(), ""},
-        {304, "The mesh of If-None-Match is current.", {}, ""}},
+        {304, "The mesh in If-None-Match is current.", {}, ""}},
        with({"not_acceptable", "range_not_satisfiable", "snapshot_unavailable"})},
       {"GET",
        "/v1/jobs/{id}/labels",
        "get_labels",
-       "Ridge label and signed dihedral angle of every edge",
+       "Download the ridge label and the signed dihedral angle of every edge",
        {{"format", "string", "Format of the labels.", {"json", "csv", "pb"}},
         {"min", "number", "Only edges with a label of at least this.", {}, 0, 1}},
        {{200, "The labels.", {kJson, "text/csv", "application/x-protobuf"}, "EdgeLabels"},
         {206, "A range of their bytes.", {kJson, "text/csv", "application/x-protobuf"}, ""},
-        {304, "The labels of If-None-Match are current.", {}, ""}},
+        {304, "The labels in If-None-Match are current.", {}, ""}},
        with({"range_not_satisfiable", "parameter_out_of_range"})},
       {"GET",
        "/v1/jobs/{id}/ridges",
        "get_ridges",
-       "The ridge lines, and the corners where they meet",
-       {{"format", "string", "Format of the ridge lines; otherwise by Accept, otherwise json.", {"json", "glb"}}},
+       "Download the ridge lines and the corners where they meet",
+       {{"format",
+         "string",
+         "Format of the ridge lines. By default the Accept header decides, or else it is json.",
+         {"json", "glb"}}},
        {{200, "The ridge lines.", {kJson, "model/gltf-binary"}, "RidgeLines"},
         {206, "A range of their bytes.", {kJson, "model/gltf-binary"}, ""},
-        {304, "The ridge lines of If-None-Match are current.", {}, ""}},
+        {304, "The ridge lines in If-None-Match are current.", {}, ""}},
        with({"not_acceptable", "range_not_satisfiable"})},
       {"GET",
        "/v1/jobs/{id}/report",
        "get_report",
-       "Input facts, parameters, energy of every sweep, displacement, counts, timings",
+       "Download the report: input facts, parameters, energies of every sweep, result, timings",
        {{"format", "string", "Format of the report.", {"json", "pb"}}},
        {{200, "The report.", {kJson, "application/x-protobuf"}, "Report"}},
        with({})},
@@ -144,40 +151,40 @@ std::vector<Route> service_routes() {
       {"GET",
        "/v1/parameters",
        "get_parameters",
-       "Every parameter: type, unit, range, default, meaning, as JSON Schema",
+       "List the parameters as JSON Schema, with unit, range, default and meaning",
        {},
        {{200, "JSON Schema.", {"application/schema+json"}, ""}},
        {}},
       {"GET",
        "/healthz",
        "get_health",
-       "Whether the process answers",
+       "Check that the process is alive",
        {},
-       {{200, "It does.", {kJson}, ""}},
+       {{200, "The process is alive.", {kJson}, ""}},
        {},
        Access::kProbe},
       {"GET",
        "/readyz",
        "get_readiness",
-       "Whether jobs are taken",
+       "Check that the service accepts jobs",
        {},
-       {{200, "They are.", {kJson}, ""}},
+       {{200, "The service accepts jobs.", {kJson}, ""}},
        {"shutting_down", "store_unavailable"},
        Access::kProbe},
       {"GET",
        "/metrics",
        "get_metrics",
-       "Figures in the text format of Prometheus",
+       "Metrics in the Prometheus text format",
        {},
-       {{200, "The figures.", {"text/plain"}, ""}},
+       {{200, "The metrics.", {"text/plain"}, ""}},
        {"forbidden"},
        Access::kMetrics},
       {"GET",
        "/openapi.json",
        "get_openapi",
-       "This description",
+       "This OpenAPI document",
        {},
-       {{200, "OpenAPI 3.1.", {"application/vnd.oai.openapi+json"}, ""}},
+       {{200, "The OpenAPI 3.1 document.", {"application/vnd.oai.openapi+json"}, ""}},
        {},
        Access::kOpen},
   };
@@ -209,8 +216,8 @@ std::string joined(const std::vector<std::string>& names) {
 std::string known_names(const Route& route) {
   std::vector<std::string> names;
   for (const auto& field : route.query) names.push_back(field.name);
-  if (route.takes_parameters()) names.emplace_back("a parameter of GET /v1/parameters");
-  return names.empty() ? "no query" : "one of " + joined(names);
+  if (route.takes_parameters()) names.emplace_back("a parameter listed by GET /v1/parameters");
+  return names.empty() ? "no query fields" : "one of " + joined(names);
 }
 
 bool is_parameter(const std::string& name) {
@@ -261,7 +268,7 @@ RouteMatch match_route(std::string_view method, std::string_view path) {
 
 void check_query(const Route& route, const httplib::Params& query) {
   for (const auto& [name, value] : query) {
-    if (query.count(name) > 1) throw Error::parameter("parameter_invalid", name, value, "to be given once");
+    if (query.count(name) > 1) throw Error::parameter("parameter_invalid", name, value, "a single value");
     const auto field = std::find_if(route.query.begin(), route.query.end(),
                                     [&, &key = name](const QueryField& known) { return known.name == key; });
     if (field != route.query.end()) {
@@ -272,17 +279,17 @@ void check_query(const Route& route, const httplib::Params& query) {
   }
 }
 
-std::string query_value(const httplib::Params& query, const std::string& name, const std::string& otherwise) {
+std::string query_value(const httplib::Params& query, const std::string& name, const std::string& fallback) {
   const auto found = query.find(name);
-  return found == query.end() ? otherwise : found->second;
+  return found == query.end() ? fallback : found->second;
 }
 
-double query_number(const httplib::Params& query, const std::string& name, double otherwise) {
+double query_number(const httplib::Params& query, const std::string& name, double fallback) {
   const auto found = query.find(name);
   if (found != query.end()) {
-    std::from_chars(found->second.data(), found->second.data() + found->second.size(), otherwise);
+    std::from_chars(found->second.data(), found->second.data() + found->second.size(), fallback);
   }
-  return otherwise;
+  return fallback;
 }
 
 bool query_flag(const httplib::Params& query, const std::string& name) { return query_value(query, name) == "true"; }

@@ -48,7 +48,7 @@ Inspector::Options inspector_options(const ServeConfig& config, const std::files
   return options;
 }
 
-/// A connection is an open file, and so are the files that it reads: as many as may be.
+/// Raises the limit of open files to its maximum: every connection needs one descriptor, and every download another.
 void raise_file_limit() {
   rlimit limit{};
   if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
@@ -75,7 +75,7 @@ sigset_t awaited_signals() {
   return signals;
 }
 
-/// The service while it runs: server, watcher, workers; ended in the order that loses nothing.
+/// The running service: server, job watcher and workers. run() ends them in an order that loses nothing.
 class Service {
  public:
   Service(const ServeConfig& config, const std::filesystem::path& executable)
@@ -114,24 +114,24 @@ class Service {
   }
 
  private:
-  /// What workers of a server that was killed had claimed.
+  /// Frees jobs that are still claimed by workers of an earlier server that was killed.
   void free_claims_of_the_dead() {
     for (const std::string& worker : store_->busy_workers()) {
-      if (is_dead_worker(worker)) store_->lose_all(worker, {.what = "was lost with its server", .with_server = true});
+      if (is_dead_worker(worker)) store_->lose_all(worker, {.what = "ended with its server", .with_server = true});
     }
   }
 
-  /// What the worker had claimed is free at once, without waiting for its lease.
+  /// Frees the jobs that the worker had claimed at once, without waiting for their leases.
   void worker_ended(int process, const std::string& what) {
     try {
-      store_->lose_all(worker_name(process), {.what = what + " with its worker"});
+      store_->lose_all(worker_name(process), {.what = "ended because its worker " + what});
     } catch (const crease::Error& error) {
-      spdlog::warn("the jobs of worker process {} wait for their lease: {}", process, error.detail());
+      spdlog::warn("the jobs of worker process {} stay claimed until their leases end: {}", process, error.detail());
     }
   }
 
-  /// The signal that ends the service. SIGHUP reads the keys again, or where there are none ends it, too: the terminal
-  /// is gone.
+  /// Waits for the signal that ends the service. SIGHUP reloads the keys; a service without keys has none to reload and
+  /// ends, as its terminal has closed.
   int await_end() {
     const sigset_t signals = awaited_signals();
     int signal = 0;
@@ -146,7 +146,7 @@ class Service {
     try {
       gate_.reload();
     } catch (const std::exception& error) {
-      log_event(spdlog::level::err, "keys refused, those of before stay", {{"what", error.what()}});
+      log_event(spdlog::level::err, "keys not reloaded, the previous ones stay in use", {{"what", error.what()}});
     }
     return true;
   }
@@ -161,8 +161,8 @@ class Service {
     server_.drain(kDrainGrace);
     stopped.wait();
     if (served.wait_for(kLastGrace) != std::future_status::ready) {
-      // A request is stuck, for instance in an upload under inspection; the store needs no farewell.
-      spdlog::warn("stopped with requests under way");
+      // A request is stuck, for example in the inspection of an upload. The store is safe to leave at any time.
+      spdlog::warn("stopped while requests were still running");
       std::_Exit(0);
     }
     spdlog::info("stopped");
@@ -194,7 +194,7 @@ int serve(const ServeConfig& config, const std::filesystem::path& executable) {
               {{"host", config.host}, {"port", service.port()}, {"version", CREASE_VERSION}});
     return service.run();
   } catch (const KeyFileError& error) {
-    spdlog::critical("cannot start with the keys of {}: {}", config.access.keys.string(), error.what());
+    spdlog::critical("cannot start with the key file {}: {}", config.access.keys.string(), error.what());
   } catch (const std::system_error& error) {
     spdlog::critical("cannot listen on {} port {}: {}", config.host, config.port, error.what());
   } catch (const std::exception& error) {

@@ -19,7 +19,7 @@ using std::chrono::seconds;
 
 constexpr seconds kLongestWait{60};
 
-/// `wait` of Prefer [RFC 7240], bounded; a preference that is not understood is none.
+/// The `wait` preference of a Prefer header [RFC 7240], at most kLongestWait. A malformed preference is ignored.
 std::optional<seconds> preferred_wait(std::string_view prefer) {
   while (!prefer.empty()) {
     const auto comma = std::min(prefer.find(','), prefer.size());
@@ -46,19 +46,19 @@ std::string idempotency_key(const RequestHead& head) {
   return key;
 }
 
-/// How long the job is kept, by its own word or the service's.
+/// The parameters with the time to keep the job: its own, or else the service's default.
 crease::v1::Parameters with_retention(crease::v1::Parameters parameters, const Services& services) {
   if (!parameters.has_retention_hours()) parameters.set_retention_hours(services.retention_hours);
   if (parameters.retention_hours() > services.max_retention_hours) {
     throw Error::parameter(crease::code::kParameterOutOfRange, "retention_hours",
                            fmt::format("{}", parameters.retention_hours()),
-                           fmt::format("a number from 0 to {} here", services.max_retention_hours));
+                           fmt::format("a number from 0 to {}", services.max_retention_hours));
   }
   return parameters;
 }
 
-/// The id that a caller's job gets: of the same mesh and parameters it is another for every owner, so that it does not
-/// tell one what others have sent.
+/// The id of a job. It depends on the owner, so that nobody can find out from an id whether another owner has submitted
+/// the same mesh and parameters.
 std::string id_for(const std::string& owner, const std::string& fingerprint) {
   if (owner.empty()) return fingerprint;
   return crease::sha256_hex(owner + "\n" + fingerprint).substr(0, fingerprint.size());
@@ -67,7 +67,7 @@ std::string id_for(const std::string& owner, const std::string& fingerprint) {
 void check_faces(const crease::v1::InputFacts& input, const Limits& limits) {
   if (input.faces() <= limits.max_faces) return;
   throw Error(crease::code::kMeshTooLarge,
-              fmt::format("the mesh has {} faces, and {} are the most here", input.faces(), limits.max_faces));
+              fmt::format("the mesh has {} faces; this caller may send at most {}", input.faces(), limits.max_faces));
 }
 
 NewJob inspected(Services& services, const Caller& caller, const Submission& submission) {

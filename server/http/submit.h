@@ -4,7 +4,7 @@
 
 namespace creased {
 
-/// POST /v1/jobs. Receives, inspects, submits, and waits for the end of the job when Prefer says so.
+/// POST /v1/jobs: receives the upload, inspects it, submits the job, and waits for its end when Prefer asks for it.
 void submit_job(Services& services, Call& call);
 
 }  // namespace creased

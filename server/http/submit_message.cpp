@@ -29,7 +29,7 @@ class MessageReader {
  public:
   explicit MessageReader(google::protobuf::io::ZeroCopyInputStream& stream) : input_(&stream) {}
 
-  /// The number of the next field; 0 at the end.
+  /// The number of the next field; 0 at the end of the message.
   std::uint32_t next() {
     const std::uint32_t tag = input_.ReadTag();
     if (tag == 0) {
@@ -37,7 +37,7 @@ class MessageReader {
       return 0;
     }
     if (WireFormatLite::GetTagWireType(tag) != WireFormatLite::WIRETYPE_LENGTH_DELIMITED) {
-      invalid("the message is no crease.v1.SubmitJobRequest");
+      invalid("the message is not a crease.v1.SubmitJobRequest");
     }
     if (!input_.ReadVarint32(&length_)) invalid("the message ends early");
     return static_cast<std::uint32_t>(WireFormatLite::GetTagFieldNumber(tag));
@@ -65,11 +65,11 @@ class MessageReader {
   }
 
   void copy_numbers_to(UploadFile& file) {
-    if (length_ % sizeof(double) != 0) invalid("the weights of the message are no packed doubles");
+    if (length_ % sizeof(double) != 0) invalid("the weights in the message are not packed doubles");
     const std::size_t count = length_ / sizeof(double);
     for (std::size_t i = 0; i < count; ++i) {
       std::uint64_t bits = 0;
-      if (!input_.ReadLittleEndian64(&bits)) invalid("the weights of the message end early");
+      if (!input_.ReadLittleEndian64(&bits)) invalid("the weights in the message end early");
       const auto weight = std::bit_cast<double>(bits);
       if (!crease::is_weight(weight)) crease::fail_weight(i, weight);
       const std::string text = fmt::format("{}{}", i == 0 ? '[' : ',', weight);
@@ -93,9 +93,9 @@ SubmitFields split_submit_message(const std::filesystem::path& message, UploadFi
   std::uint32_t seen = 0;
   while (const std::uint32_t field = reader.next()) {
     if (SubmitJobRequest::descriptor()->FindFieldByNumber(static_cast<int>(field)) == nullptr) {
-      invalid("the message has a field " + std::to_string(field) + " that is not known here");
+      invalid("the message has an unknown field " + std::to_string(field));
     }
-    if ((seen & (1U << field)) != 0) invalid("a field of the message is there more than once");
+    if ((seen & (1U << field)) != 0) invalid("a field of the message is repeated");
     seen |= 1U << field;
     if (field == SubmitJobRequest::kMeshFieldNumber) {
       reader.copy_to(mesh);
@@ -106,7 +106,7 @@ SubmitFields split_submit_message(const std::filesystem::path& message, UploadFi
     } else if (field == SubmitJobRequest::kWeightsFieldNumber) {
       reader.copy_numbers_to(weights);
     } else if (!fields.parameters.ParseFromString(reader.text())) {
-      invalid("the parameters of the message are malformed");
+      invalid("the parameters in the message are malformed");
     }
   }
   crease::validate(fields.parameters);

@@ -15,10 +15,10 @@ struct SubmitFields {
   crease::v1::Parameters parameters;
 };
 
-/// Reads a serialised SubmitJobRequest from a file and copies its mesh into `mesh` piece by piece, so that a large
-/// mesh is never held in memory; likewise its weights, if any, into `weights` as the JSON array that a form would
-/// bring. Validates parameters and weights, but not how many there are of these. \throw crease::Error protobuf_invalid,
-/// parameter_invalid, parameter_out_of_range, weights_invalid
+/// Reads a serialised SubmitJobRequest from a file. Copies its mesh into `mesh` in pieces, so that a large mesh is
+/// never held in memory, and its weights, if any, into `weights`, as a JSON array like the one in a form. Validates the
+/// parameters and the weights, but not the number of weights.
+/// \throw crease::Error protobuf_invalid, parameter_invalid, parameter_out_of_range, weights_invalid
 SubmitFields split_submit_message(const std::filesystem::path& message, UploadFile& mesh, UploadFile& weights);
 
 }  // namespace creased

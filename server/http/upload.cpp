@@ -33,8 +33,8 @@ bool is_protobuf(std::string_view type) {
          type == "application/vnd.google.protobuf";
 }
 
-// curl's --data-binary says form-urlencoded unless told otherwise.
-bool says_nothing(std::string_view type) {
+// Types that say nothing about the format. curl --data-binary sends form-urlencoded by default.
+bool is_generic(std::string_view type) {
   return type.empty() || type == "application/octet-stream" || type == "application/x-www-form-urlencoded";
 }
 
@@ -46,9 +46,9 @@ std::string upload_format(std::string_view media_type) {
 
 void check_body(bool read, std::string_view code, const std::string& detail) {
   const std::string_view fault = GuardedServer::exchange().stream.body_fault();
-  if (fault == "payload_too_large") throw Error(fault, "the upload is larger than this server takes");
+  if (fault == "payload_too_large") throw Error(fault, "the upload is larger than this server accepts");
   if (fault == "request_timeout") throw Error(fault, "the body did not arrive in time");
-  if (!fault.empty()) throw Error(fault, "the body ended early or its chunks are malformed");
+  if (!fault.empty()) throw Error(fault, "the body is incomplete or its chunks are malformed");
   if (!read) throw Error(code, detail);
 }
 
@@ -63,7 +63,7 @@ json parse_parameters(const std::string& text) {
   };
   json object = json::parse(text, note_name, false);
   if (!object.is_object()) throw Error("json_invalid", "the parameters are not a JSON object");
-  if (!repeated.empty()) throw Error::parameter("parameter_invalid", repeated, "twice", "to be given once");
+  if (!repeated.empty()) throw Error::parameter("parameter_invalid", repeated, "given twice", "a single value");
   return object;
 }
 
@@ -72,7 +72,8 @@ void merge_parameters(crease::v1::Parameters& into, const crease::v1::Parameters
   more.GetReflection()->ListFields(more, &fields);
   for (const auto* field : fields) {
     if (into.GetReflection()->HasField(into, field)) {
-      throw Error::parameter("parameter_invalid", field->name(), "twice", "to be given once, in the query or the body");
+      throw Error::parameter("parameter_invalid", field->name(), "given twice",
+                             "a single value, in the query or in the body");
     }
   }
   into.MergeFrom(more);
@@ -107,18 +108,17 @@ void receive_raw(const httplib::ContentReader& body, UploadFile& file) {
   check_body(read, "body_incomplete", "the body ended early");
 }
 
-/// Where the parts of a form go.
+/// Takes in the parts of a form.
 class FormParts {
  public:
   FormParts(Store& store, Submission& submission) : store_(store), submission_(submission) {}
 
   void begin(const MultipartReader::Part& part) {
     if (part.name != "mesh" && part.name != "parameters" && part.name != "weights") {
-      throw Error("multipart_part_unknown",
-                  "there is a part '" + part.name + "', expected mesh, parameters and weights");
+      throw Error("multipart_part_unknown", "unknown part '" + part.name + "', expected mesh, parameters or weights");
     }
     if (!seen_.insert(part.name).second) {
-      throw Error("multipart_invalid", "there is more than one part '" + part.name + "'");
+      throw Error("multipart_invalid", "the form has more than one part '" + part.name + "'");
     }
     file_ = part.name == "mesh" ? submission_.mesh.get() : nullptr;
     if (part.name == "weights") {
@@ -139,7 +139,7 @@ class FormParts {
   }
 
   void finish() {
-    if (!seen_.contains("mesh")) throw Error("multipart_part_missing", "there is no part 'mesh'");
+    if (!seen_.contains("mesh")) throw Error("multipart_part_missing", "the form has no part 'mesh'");
     if (!seen_.contains("parameters")) return;
     merge_parameters(submission_.parameters, crease::parameters_from_json(parse_parameters(parameters_)));
   }
@@ -147,7 +147,7 @@ class FormParts {
  private:
   Store& store_;
   Submission& submission_;
-  UploadFile* file_ = nullptr;  // of the part that arrives; null: it is the parameters
+  UploadFile* file_ = nullptr;  // of the current part; null when that is the parameters
   std::string parameters_;
   std::set<std::string> seen_;
 };
@@ -208,7 +208,7 @@ void UploadFile::finish() {
 }
 
 Submission receive_submission(const httplib::Request& request, const httplib::ContentReader& body, Store& store) {
-  if (!GuardedServer::exchange().head.has_body()) throw Error("body_missing", "a job starts with a mesh in the body");
+  if (!GuardedServer::exchange().head.has_body()) throw Error("body_missing", "send the mesh in the body");
   Submission submission;
   read_query(request, submission);
   submission.mesh = std::make_unique<UploadFile>(store.temporary_path());
@@ -219,15 +219,15 @@ Submission receive_submission(const httplib::Request& request, const httplib::Co
     receive_multipart(header, body, store, submission);
   } else if (is_protobuf(type)) {
     receive_protobuf(body, store, submission);
-  } else if (says_nothing(type) || !upload_format(type).empty()) {
+  } else if (is_generic(type) || !upload_format(type).empty()) {
     settle_format(submission, upload_format(type), type);
     receive_raw(body, *submission.mesh);
   } else {
-    throw Error("content_type_unsupported", "a mesh does not come as " + std::string(type));
+    throw Error("content_type_unsupported", "'" + std::string(type) + "' is not a media type for meshes");
   }
   submission.mesh->finish();
   if (submission.weights != nullptr) submission.weights->finish();
-  if (submission.mesh->bytes() == 0) throw Error("mesh_empty", "the upload has no bytes");
+  if (submission.mesh->bytes() == 0) throw Error("mesh_empty", "the upload is empty");
   return submission;
 }
 

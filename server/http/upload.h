@@ -13,7 +13,7 @@
 
 namespace creased {
 
-/// A file that bytes are streamed into while they are counted and hashed. Gone at the end unless another took it over.
+/// A temporary file that counts and hashes the bytes written to it. The destructor removes it, unless it was renamed.
 class UploadFile {
  public:
   /// \throw crease::Error store_unavailable
@@ -22,14 +22,14 @@ class UploadFile {
   UploadFile(const UploadFile&) = delete;
   UploadFile& operator=(const UploadFile&) = delete;
 
-  /// \throw crease::Error store_unavailable, for instance when the disk is full
+  /// \throw crease::Error store_unavailable, storage_full
   void append(const char* data, std::size_t size);
-  /// Closes the file and settles the hash.
+  /// Closes the file and completes the hash.
   void finish();
 
   const std::filesystem::path& path() const { return path_; }
   std::uint64_t bytes() const { return bytes_; }
-  /// 64 hexadecimal digits, after finish().
+  /// The hash as 64 hexadecimal digits; valid after finish().
   const std::string& sha256() const { return sha256_; }
 
  private:
@@ -40,16 +40,16 @@ class UploadFile {
   std::string sha256_;
 };
 
-/// What a client wants smoothed, and how.
+/// What a client has uploaded: a mesh, and how to smooth it.
 struct Submission {
   std::unique_ptr<UploadFile> mesh;
-  std::unique_ptr<UploadFile> weights;  ///< a JSON array, unread; null: none came beside the mesh
+  std::unique_ptr<UploadFile> weights;  ///< a JSON array, not yet parsed; null for none
   std::string name;
-  std::string format;  ///< empty: by the name, then by the bytes
+  std::string format;  ///< empty: guess it from the name, then from the bytes
   crease::v1::Parameters parameters;
 };
 
-/// Reads the body of POST /v1/jobs: multipart, protobuf, or the mesh itself with parameters in the query.
+/// Reads the body of POST /v1/jobs: a multipart form, a protobuf message, or a mesh with the parameters in the query.
 /// \throw crease::Error body_missing, content_type_unsupported, multipart_*, protobuf_invalid, json_invalid,
 /// parameter_*, weights_invalid, payload_too_large, body_incomplete, request_timeout, mesh_empty, store_unavailable
 Submission receive_submission(const httplib::Request& request, const httplib::ContentReader& body, Store& store);

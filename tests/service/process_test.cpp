@@ -73,7 +73,7 @@ TEST(Process, DrainsOnTermWithStreamsAndIdleConnectionsOpen) {
 
   const auto start = std::chrono::steady_clock::now();
   server.signal(SIGTERM);
-  EXPECT_NE(stream.receive_until("retry: 2000").find(": the server is going down"), std::string::npos);
+  EXPECT_NE(stream.receive_until("retry: 2000").find(": the server is shutting down"), std::string::npos);
   EXPECT_TRUE(idle.closed_within(seconds(5)));
   EXPECT_EQ(server.wait(), 0);
   EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(6));
