@@ -8,23 +8,23 @@
 
 namespace crease::client {
 
-/// smooth
+/// Adds the command smooth.
 void add_smooth_command(CLI::App& app, Run& run);
-/// submit, status, watch, cancel, list, delete
+/// Adds the commands submit, status, watch, cancel, list and delete.
 void add_job_commands(CLI::App& app, Run& run);
-/// mesh, labels, ridges, report
+/// Adds the commands mesh, labels, ridges and report.
 void add_result_commands(CLI::App& app, Run& run);
-/// noise, measure
+/// Adds the commands noise and measure.
 void add_mesh_commands(CLI::App& app, Run& run);
-/// parameters, health
+/// Adds the commands parameters and health.
 void add_service_commands(CLI::App& app, Run& run);
 
 inline constexpr const char* kDefaultServer = "http://127.0.0.1:8080";
 
-/// --server, --key and --key-file, from CREASED_URL and CREASED_KEY when they are not given.
+/// Adds --server, --key and --key-file. Their defaults come from CREASED_URL and CREASED_KEY.
 void add_server_options(CLI::App& command, Server& server);
 
-/// --weights
+/// Adds --weights.
 void add_weights_option(CLI::App& command, std::filesystem::path& weights);
 
 }  // namespace crease::client

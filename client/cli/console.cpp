@@ -15,8 +15,9 @@ void Console::result(const nlohmann::ordered_json& object, const std::string& te
 }
 
 void add_console_options(CLI::App& command, Console& console) {
-  command.add_flag("--json", console.json, "Print one JSON object on standard output; a problem document on failure");
-  command.add_flag("-q,--quiet", console.quiet, "No progress and no figures");
+  command.add_flag("--json", console.json,
+                   "Print the result as one JSON object; after an error, print a problem document");
+  command.add_flag("-q,--quiet", console.quiet, "Print no progress and no figures");
 }
 
 std::string job_line(const v1::Job& job) {

@@ -10,31 +10,31 @@
 
 namespace crease::client {
 
-/// What the chosen command does; set while the command line is parsed, run afterwards.
+/// The chosen command. It is set while the command line is parsed and run afterwards.
 using Run = std::function<ExitCode()>;
 
-/// How a command speaks. Results go to standard output, everything else to standard error.
+/// How a command prints. Results go to standard output, everything else to standard error.
 struct Console {
   bool json = false;
   bool quiet = false;
 
-  /// The result: the object with --json, else the text unless --quiet.
+  /// Prints the result: `object` with --json, otherwise `text` unless --quiet is given.
   void result(const nlohmann::ordered_json& object, const std::string& text) const;
 };
 
 void add_console_options(CLI::App& command, Console& console);
 
-/// Makes `command` the one to run when it is named.
+/// Runs `body` when the command line names `command`.
 template <typename Options>
 void run_with(CLI::App& command, Run& run, std::shared_ptr<Options> options, ExitCode (*body)(const Options&)) {
   command.callback([&run, options, body] { run = [options, body] { return body(*options); }; });
 }
 
-/// "id  state  …", one line of a job.
+/// One line about a job: id, state, progress, name, faces.
 std::string job_line(const v1::Job& job);
-/// Input, ridges, displacement, volume, time: what a finished job found.
+/// The figures of a finished job: input, ridges, displacement, volume, time.
 std::string figures(const v1::Job& job);
-/// Warnings, one a line, on standard error.
+/// Prints the warnings to standard error, one per line.
 void print_warnings(const v1::Job& job);
 
 }  // namespace crease::client

@@ -10,11 +10,11 @@ struct Event {
   std::string id, type, data;
 };
 
-/// Server-sent events out of the bytes as they arrive, cut anywhere [WHATWG HTML, 9.2.6]. Comments are skipped; `id`
-/// stays until another one comes.
+/// Parses server-sent events [WHATWG HTML, 9.2.6] from pieces of any size. Skips comments. An `id` applies until the
+/// next one.
 class EventParser {
  public:
-  /// The events that these bytes complete.
+  /// Takes the next bytes and returns the events that they complete.
   std::vector<Event> feed(std::string_view bytes);
 
  private:

@@ -17,16 +17,16 @@ struct Meaning {
 constexpr auto kMeanings = std::to_array<Meaning>({
     {ExitCode::kOk, "done"},
     {ExitCode::kInternal, "internal error of the client or the server"},
-    {ExitCode::kUsage, "wrong usage, or a bad parameter"},
-    {ExitCode::kInputRefused, "the mesh or its weights were refused"},
-    {ExitCode::kServerUnreachable, "the server cannot be reached or takes no requests"},
+    {ExitCode::kUsage, "wrong usage or an invalid parameter"},
+    {ExitCode::kInputRefused, "the mesh or its weights are not valid"},
+    {ExitCode::kServerUnreachable, "the server cannot be reached or accepts no requests"},
     {ExitCode::kJobFailed, "the job failed"},
-    {ExitCode::kCancelled, "the job was cancelled, or the command interrupted"},
-    {ExitCode::kNotFound, "there is no such job"},
+    {ExitCode::kCancelled, "the job was cancelled or the command was interrupted"},
+    {ExitCode::kNotFound, "the job does not exist"},
     {ExitCode::kNotFinished, "the job has not finished"},
     {ExitCode::kFile, "a file cannot be read or written"},
-    {ExitCode::kKeyRefused, "the key is missing, wrong, or may not do this"},
-    {ExitCode::kOverLimit, "more than the limits of the service allow; later it may go"},
+    {ExitCode::kKeyRefused, "the key is missing, not valid, or may not do this"},
+    {ExitCode::kOverLimit, "a limit of the service is reached; try again later"},
 });
 
 constexpr auto kByCode = std::to_array<std::pair<std::string_view, ExitCode>>({

@@ -5,7 +5,7 @@
 
 namespace crease::client {
 
-/// How `crease` ends. Scripts rely on the numbers.
+/// Exit codes of `crease`. Scripts rely on the numbers.
 enum class ExitCode {
   kOk = 0,
   kInternal = 1,
@@ -21,7 +21,7 @@ enum class ExitCode {
   kOverLimit = 11,
 };
 
-/// Codes of what only the client refuses; all others are rows of the service's table.
+/// Error codes that only the client has. All others are rows of the table of errors.
 namespace code {
 inline constexpr std::string_view kUsage = "usage";
 inline constexpr std::string_view kFileUnreadable = "file_unreadable";
@@ -30,10 +30,11 @@ inline constexpr std::string_view kServerUnreachable = "server_unreachable";
 inline constexpr std::string_view kInterrupted = "interrupted";
 }  // namespace code
 
-/// The exit code for an error; `status` is that of HTTP, or 0, and decides for codes that this client does not know.
+/// The exit code for an error. For codes that this client does not know, the HTTP status decides; 0 means that there is
+/// none.
 ExitCode exit_code_of(std::string_view error_code, int status = 0);
 
-/// Every exit code with its meaning, for `crease --help`.
+/// All exit codes with their meanings, for `crease --help`.
 std::string exit_code_help();
 
 }  // namespace crease::client

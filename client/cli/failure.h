@@ -10,14 +10,14 @@
 
 namespace crease::client {
 
-/// Why a command did not succeed, as a problem document: the service's own, or one made here.
+/// Why a command failed, as a problem document, either from the service or made here.
 class Failure : public std::runtime_error {
  public:
-  /// Of this client alone.
+  /// A failure in the client.
   Failure(std::string_view code, const std::string& detail);
-  /// What core refuses, as the service would put it.
+  /// An error of core, as the service would report it.
   explicit Failure(const Error& error);
-  /// What the service answered.
+  /// A problem document from the service.
   explicit Failure(const nlohmann::ordered_json& problem);
   Failure(nlohmann::ordered_json problem, ExitCode exit_code);
 

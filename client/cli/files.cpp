@@ -70,7 +70,7 @@ MeshFormat output_format(const std::string& name, const fs::path& path) {
   if (format) return *format;
   const std::string what = name.empty() ? fmt::format("the extension of {}", path.string()) : fmt::format("'{}'", name);
   throw Error(crease::code::kOutputFormatUnknown,
-              fmt::format("{} names no output format: glb, gltf, obj, ply, stl, off or json", what));
+              fmt::format("{} is not an output format; use glb, gltf, obj, ply, stl, off or json", what));
 }
 
 }  // namespace crease::client

@@ -12,7 +12,7 @@ namespace crease::client {
 /// \throw Failure file_unreadable
 std::string read_file(const std::filesystem::path& path);
 
-/// A file that appears whole or not at all: written beside its place under another name, then renamed.
+/// A file that appears complete or not at all. It is written under a temporary name and then renamed.
 class OutputFile {
  public:
   /// \throw Failure file_unwritable
@@ -21,7 +21,7 @@ class OutputFile {
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
-  /// False when the disk is full or gone.
+  /// Returns false when writing fails, for example on a full disk.
   bool write(std::string_view bytes);
   /// \throw Failure file_unwritable
   void commit();
@@ -35,7 +35,7 @@ class OutputFile {
 /// \throw Failure file_unwritable
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
-/// The format called `name`, or with an empty name that of the file's extension.
+/// The format called `name`, or the format of the file's extension when `name` is empty.
 /// \throw Error output_format_unknown
 MeshFormat output_format(const std::string& name, const std::filesystem::path& path);
 

@@ -8,7 +8,7 @@
 namespace crease::client {
 namespace {
 
-// Wakes the watcher when the object goes; ignored by default, so that it harms nobody when it comes late.
+// Wakes the watching thread when the object is destroyed. The signal is ignored by default, so a late one does no harm.
 constexpr int kWake = SIGWINCH;
 
 sigset_t watched_signals() {

@@ -9,8 +9,8 @@
 
 namespace crease::client {
 
-/// Ctrl-C and SIGTERM while an object of this lives: the first asks the command to stop in order, the second ends the
-/// process. Must be made before any thread that is not to take the signals itself.
+/// Handles Ctrl-C and SIGTERM while it exists. The first signal asks the command to stop cleanly, the second ends the
+/// process. Create it before any other thread, so that those threads block the signals.
 class Interruption {
  public:
   Interruption();
@@ -19,11 +19,11 @@ class Interruption {
   Interruption& operator=(const Interruption&) = delete;
 
   bool requested() const { return requested_; }
-  /// Waits; true at once when interrupted.
+  /// Waits for `time`. Returns true at once when interrupted.
   bool wait(std::chrono::milliseconds time);
-  /// Called on another thread when the interruption comes, so that a blocking call can be ended; empty: nothing.
+  /// Sets a function that is called on another thread at the interruption, to end a blocking call. Empty for none.
   void set_action(std::function<void()> action);
-  /// \throw Failure interrupted, when requested
+  /// \throw Failure interrupted, after an interruption
   void check() const;
 
  private:

@@ -64,7 +64,7 @@ ExitCode watch(const JobOptions& options) {
   Interruption interruption;
   ProgressBar bar(ProgressBar::style(options.console.quiet));
   ServiceClient client(options.server, interruption);
-  client.get("/v1/jobs/" + options.id);  // whether there is such a job, before waiting for its events
+  client.get("/v1/jobs/" + options.id);  // fails at once when there is no such job
   const Json json = client.follow(options.id, [&](const v1::Progress& progress) { bar.update(progress); });
   bar.finish();
   show_job(options.console, json);
@@ -113,7 +113,8 @@ void add_submit_command(CLI::App& app, Run& run) {
   CLI::App& command = *app.add_subcommand("submit", "Upload a mesh and print the id of its job");
   auto options = std::make_shared<SubmitOptions>();
   command.add_option("input", options->input, "Noisy mesh: obj, ply, off, stl, gltf or glb")->required();
-  command.add_option("--input-format", options->input_format, "Format of the input; otherwise by its name, then bytes");
+  command.add_option("--input-format", options->input_format,
+                     "Format of the input; by default it is guessed from the name, then the bytes");
   add_weights_option(command, options->weights);
   add_parameter_options(command, options->parameters);
   add_server_options(command, options->server);
@@ -125,9 +126,9 @@ void add_list_command(CLI::App& app, Run& run) {
   CLI::App& command = *app.add_subcommand("list", "List jobs, newest first");
   auto options = std::make_shared<ListOptions>();
   command.add_option("--state", options->state,
-                     "Only jobs in this state: queued, running, succeeded, failed, cancelled");
-  command.add_option("--limit", options->limit, "Jobs on a page")->capture_default_str();
-  command.add_option("--cursor", options->cursor, "Where to go on, as the page before says");
+                     "List only jobs in this state: queued, running, succeeded, failed or cancelled");
+  command.add_option("--limit", options->limit, "Number of jobs to list")->capture_default_str();
+  command.add_option("--cursor", options->cursor, "Where to continue, as printed by the previous call");
   add_server_options(command, options->server);
   add_console_options(command, options->console);
   run_with(command, run, options, list);
@@ -139,8 +140,8 @@ void add_job_commands(CLI::App& app, Run& run) {
   add_submit_command(app, run);
   add_job_command(app, run, "status", "Show a job", status);
   add_job_command(app, run, "watch", "Follow a job to its end; Ctrl-C leaves it running", watch);
-  add_job_command(app, run, "cancel", "Stop a job", cancel);
-  add_job_command(app, run, "delete", "Remove a job with its data", remove);
+  add_job_command(app, run, "cancel", "Cancel a job", cancel);
+  add_job_command(app, run, "delete", "Delete a job and all its data", remove);
   add_list_command(app, run);
 }
 

@@ -59,7 +59,7 @@ LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& for
   if (parameters.has_retention_hours()) {
     throw Error::parameter(crease::code::kParameterInvalid, "retention_hours",
                            fmt::format("{}", parameters.retention_hours()),
-                           "a job of a service; --local keeps nothing");
+                           "no value with --local, which keeps no jobs");
   }
   LocalJob local;
   v1::Job& job = local.job;

@@ -11,16 +11,16 @@
 
 namespace crease::client {
 
-/// A job that was run in this process, with everything that the service would tell of it.
+/// A job that was run in this process, with everything that the service would report.
 struct LocalJob {
   v1::Job job;
   v1::Report report;
   LabelledMesh result;
-  nlohmann::ordered_json extras;  ///< of mesh files: the same as the service's, so that the files are
+  nlohmann::ordered_json extras;  ///< of mesh files; the same as the service's, so that the files are identical
 };
 
-/// check → smooth, as a worker of the service does it. `format` may be empty: then it is guessed. `weights` is a file
-/// with a JSON array of them, or empty.
+/// Checks and smooths a mesh as a worker of the service does. An empty `format` is guessed. `weights` names a file with
+/// a JSON array, or is empty.
 /// \throw Error mesh_*, weights_invalid, Failure file_unreadable, interrupted
 LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& format,
                        const std::filesystem::path& weights, const v1::Parameters& parameters,

@@ -21,7 +21,7 @@ int report(const Failure& failure, bool json) {
   return static_cast<int>(failure.exit_code());
 }
 
-/// Whether --json was given, also when the command line could not be understood.
+/// Whether the arguments include --json, even when the command line cannot be parsed.
 bool wants_json(std::span<char*> arguments) {
   for (const std::string_view argument : arguments) {
     if (argument == "--json") return true;

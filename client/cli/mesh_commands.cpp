@@ -33,7 +33,7 @@ DecodedMesh read_mesh(const std::filesystem::path& path) {
   return decode_mesh(read_file(path), format_from_filename(path.string()));
 }
 
-/// A mesh of which only positions and faces are known: its edges are no ridges.
+/// A mesh without ridges.
 LabelledMesh unlabelled(Mesh mesh) {
   LabelledMesh result;
   const Topology topology = build_topology(mesh);
@@ -57,12 +57,12 @@ ExitCode noise(const NoiseOptions& options) {
                           {"kind", options.kind},
                           {"sigma", options.sigma},
                           {"seed", options.seed}},
-                         fmt::format("written {}: {} vertices, {} noise of {} edge lengths", options.output.string(),
+                         fmt::format("wrote {}: {} vertices, {} noise of {} edge lengths", options.output.string(),
                                      vertices, options.kind, options.sigma));
   return ExitCode::kOk;
 }
 
-/// A labels file as the service gives it.
+/// Reads a labels file as the service writes it.
 EdgeLabels read_labels(const std::filesystem::path& path) {
   try {
     const Json json = Json::parse(read_file(path));
@@ -73,7 +73,7 @@ EdgeLabels read_labels(const std::filesystem::path& path) {
   } catch (const Json::exception& error) {
     throw Failure(Error("json_invalid", fmt::format("{} is not a labels file: {}", path.string(), error.what())));
   }
-  throw Failure(Error("json_invalid", fmt::format("{} has not one label for each edge", path.string())));
+  throw Failure(Error("json_invalid", fmt::format("{} does not have one label per edge", path.string())));
 }
 
 Json to_json(const Measurement& measurement) {
@@ -115,27 +115,30 @@ ExitCode measure_meshes(const MeasureOptions& options) {
 }
 
 void add_noise_command(CLI::App& app, Run& run) {
-  CLI::App& command = *app.add_subcommand("noise", "Make a test input: move the vertices of a mesh at random");
+  CLI::App& command = *app.add_subcommand("noise", "Make a test input: move the vertices of a mesh randomly");
   auto options = std::make_shared<NoiseOptions>();
   command.add_option("input", options->input, "Mesh: obj, ply, off, stl, gltf or glb")->required();
-  command.add_option("-o,--output", options->output, "Noisy mesh; the extension is the format")->required();
+  command.add_option("-o,--output", options->output, "Output file; by default its extension gives the format")
+      ->required();
   command.add_option("--format", options->format, "Format of the output: glb, gltf, obj, ply, stl, off or json");
   command.add_option("--sigma", options->sigma, "Standard deviation in mean edge lengths, 0 or more")->required();
   command.add_option("--seed", options->seed, "The same seed gives the same noise")->capture_default_str();
   command
-      .add_option("--kind", options->kind,
-                  "gaussian: every coordinate; normal: along normals; impulsive: along normals, half of the vertices")
+      .add_option(
+          "--kind", options->kind,
+          "gaussian moves every coordinate, normal moves along the normals, impulsive does so for half of the vertices")
       ->capture_default_str();
   add_console_options(command, options->console);
   run_with(command, run, options, noise);
 }
 
 void add_measure_command(CLI::App& app, Run& run) {
-  CLI::App& command = *app.add_subcommand("measure", "How far a mesh is from a reference with the same faces");
+  CLI::App& command =
+      *app.add_subcommand("measure", "Measure the errors of a mesh against a reference with the same faces");
   auto options = std::make_shared<MeasureOptions>();
-  command.add_option("reference", options->reference, "Mesh without noise")->required();
-  command.add_option("mesh", options->mesh, "Mesh to be judged")->required();
-  command.add_option("--labels", options->labels, "Ridge labels (JSON) to be judged too");
+  command.add_option("reference", options->reference, "Noise-free mesh")->required();
+  command.add_option("mesh", options->mesh, "Mesh to measure")->required();
+  command.add_option("--labels", options->labels, "Ridge labels of the mesh, as JSON, to measure too");
   add_console_options(command, options->console);
   run_with(command, run, options, measure_meshes);
 }

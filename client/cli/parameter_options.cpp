@@ -23,7 +23,7 @@ v1::Parameters ParameterOptions::read() const {
     }
     const std::string name = assignment.substr(0, equals), value = assignment.substr(equals + 1);
     if (!names.insert(name).second) {
-      throw Error::parameter(code::kParameterInvalid, name, value, "a parameter to be given once");
+      throw Error::parameter(code::kParameterInvalid, name, value, "a single value");
     }
     set_parameter(parameters, name, value);
   }
@@ -34,8 +34,8 @@ void add_parameter_options(CLI::App& command, ParameterOptions& options) {
   command.add_option("-p,--parameter", options.assignments, "Set a parameter; may be repeated")
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
-  command.add_option("--seed", options.seed, "Short for -p seed=N")->type_name("N");
-  command.add_option("--threads", options.threads, "Short for -p threads=N")->type_name("N");
+  command.add_option("--seed", options.seed, "Same as -p seed=N")->type_name("N");
+  command.add_option("--threads", options.threads, "Same as -p threads=N")->type_name("N");
   command.footer(parameter_help);
 }
 

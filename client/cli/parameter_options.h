@@ -8,16 +8,16 @@
 
 namespace crease::client {
 
-/// -p name=value, and the shortcuts --seed and --threads.
+/// The options -p name=value, --seed and --threads.
 struct ParameterOptions {
   std::vector<std::string> assignments;
   std::string seed, threads;
 
-  /// \throw Error as set_parameter; parameter_invalid also for what is not name=value or comes twice
+  /// \throw Error as set_parameter does; parameter_invalid also for an option that is not name=value or is repeated
   v1::Parameters read() const;
 };
 
-/// Adds the options, and the table of parameters below the help of the command.
+/// Adds the options, and the table of parameters to the help of the command.
 void add_parameter_options(CLI::App& command, ParameterOptions& options);
 
 /// Every parameter with its range, unit, default and meaning.

@@ -6,8 +6,8 @@
 
 namespace crease::client {
 
-/// The progress of a job on standard error: one line that is drawn over and over on a terminal, otherwise a line at
-/// every new stage and about every tenth of the way.
+/// Shows the progress of a job on standard error. On a terminal it redraws one line; elsewhere it prints a line for
+/// every new stage and about every 10 %.
 class ProgressBar {
  public:
   enum class Style { kNone, kTerminal, kLines };
@@ -16,11 +16,11 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// kNone for a quiet command, else by what standard error is.
+  /// kNone for a quiet command; otherwise it depends on whether standard error is a terminal.
   static Style style(bool quiet);
 
   void update(const v1::Progress& progress);
-  /// Leaves the line, so that what follows starts on a fresh one.
+  /// Ends the line, so that further output starts on a new one.
   void finish();
 
  private:
@@ -30,7 +30,7 @@ class ProgressBar {
   int last_tenth_ = -1;
 };
 
-/// "smoothing  40 %  sweep 120/300  energy 1234  ETA 12 s", without what is not known yet.
+/// For example "smoothing  40 %  sweep 120/300  energy 1234  ETA 12 s". Leaves out what is not known yet.
 std::string progress_text(const v1::Progress& progress);
 
 }  // namespace crease::client

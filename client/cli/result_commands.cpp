@@ -21,10 +21,10 @@ struct ResultOptions {
 
 void describe_file(const ResultOptions& options, std::uint64_t bytes) {
   options.console.result({{"job", options.id}, {"file", options.output.string()}, {"bytes", bytes}},
-                         fmt::format("written {}, {} bytes", options.output.string(), bytes));
+                         fmt::format("wrote {}, {} bytes", options.output.string(), bytes));
 }
 
-/// Into the file that is named, otherwise to standard output.
+/// Writes to the output file, or to standard output when there is none.
 void deliver(const ResultOptions& options, const std::string& what, const Query& query) {
   Interruption interruption;
   ServiceClient client(options.server, interruption);
@@ -42,7 +42,7 @@ ExitCode mesh(const ResultOptions& options) {
   return ExitCode::kOk;
 }
 
-/// What is asked for, otherwise the output's extension, otherwise JSON.
+/// The format option, or else the output's extension, or else JSON.
 std::string format_of(const ResultOptions& options) {
   if (!options.format.empty()) return options.format;
   const std::string extension = options.output.extension().string();
@@ -52,7 +52,7 @@ std::string format_of(const ResultOptions& options) {
 ExitCode labels(const ResultOptions& options) {
   const std::string format = format_of(options);
   if (options.output.empty() && format != "json" && options.console.json) {
-    throw Failure(code::kUsage, "--json prints labels as JSON; use -o for a file of another format");
+    throw Failure(code::kUsage, "--json prints labels as JSON; use -o to write a file in another format");
   }
   if (options.output.empty() && format == "pb") throw Failure(code::kUsage, "labels in protobuf need -o FILE");
   Query query = {{"format", format}};
@@ -90,20 +90,21 @@ std::shared_ptr<ResultOptions> add_result_command(CLI::App& app, Run& run, const
 void add_result_commands(CLI::App& app, Run& run) {
   const auto of_mesh = add_result_command(app, run, "mesh", "Download the smoothed mesh of a job", mesh);
   CLI::App& mesh_command = *app.get_subcommand("mesh");
-  mesh_command.add_option("-o,--output", of_mesh->output, "File; the extension is the format")->required();
+  mesh_command.add_option("-o,--output", of_mesh->output, "Output file; by default its extension gives the format")
+      ->required();
   mesh_command.add_option("--format", of_mesh->format, "Format: glb, gltf, obj, ply, stl, off or json");
-  mesh_command.add_flag("--snapshot", of_mesh->snapshot, "While the job runs: the mesh as it is now");
+  mesh_command.add_flag("--snapshot", of_mesh->snapshot, "While the job is running, get its latest intermediate mesh");
 
   const auto of_labels = add_result_command(app, run, "labels", "Print or download the ridge labels of a job", labels);
   CLI::App& labels_command = *app.get_subcommand("labels");
   labels_command.add_option("-o,--output", of_labels->output, "File; otherwise standard output");
-  labels_command.add_option("--format", of_labels->format, "Format: json, csv or pb; otherwise by the extension");
-  labels_command.add_option("--min", of_labels->min, "Only edges with a label of at least this, 0 to 1");
+  labels_command.add_option("--format", of_labels->format, "Format: json, csv or pb; by default the extension's");
+  labels_command.add_option("--min", of_labels->min, "Only edges with at least this label, from 0 to 1");
 
   const auto of_ridges = add_result_command(app, run, "ridges", "Print or download the ridge lines of a job", ridges);
   CLI::App& ridges_command = *app.get_subcommand("ridges");
   ridges_command.add_option("-o,--output", of_ridges->output, "File; otherwise standard output");
-  ridges_command.add_option("--format", of_ridges->format, "Format: json or glb; otherwise by the extension");
+  ridges_command.add_option("--format", of_ridges->format, "Format: json or glb; by default the extension's");
 
   const auto of_report = add_result_command(app, run, "report", "Print or download the report of a job", report);
   app.get_subcommand("report")->add_option("-o,--output", of_report->output, "File; otherwise standard output");

@@ -4,7 +4,7 @@
 #include <google/protobuf/util/json_util.h>
 #include <httplib.h>
 
-// A macro of resolv.h, which cpp-httplib includes; Eigen has parameters of that name.
+// cpp-httplib includes resolv.h, which defines this macro; Eigen has parameters with the same name.
 #undef _res
 
 #include <algorithm>
@@ -24,7 +24,7 @@ using Receiver = std::function<bool(std::string_view)>;
 constexpr auto kConnectTimeout = 5s;
 constexpr auto kAnswerTimeout = 300s;  // the service inspects an upload before it answers
 constexpr auto kRetryPause = 1s;
-constexpr int kMaxRetries = 30;  // without a word from the server
+constexpr int kMaxRetries = 30;  // in a row, without an event from the server
 constexpr std::size_t kPiece = std::size_t{256} * 1024;
 constexpr int kNoContent = 204, kTooManyRequests = 429, kServiceUnavailable = 503;
 
@@ -38,7 +38,7 @@ std::string key_of(const Server& server) {
   if (!server.key.empty() || server.key_file.empty()) return server.key;
   const std::string text = read_file(server.key_file);
   const std::string key = text.substr(0, text.find_first_of(" \t\r\n"));
-  if (key.empty()) throw Failure(code::kUsage, fmt::format("{} does not begin with a key", server.key_file.string()));
+  if (key.empty()) throw Failure(code::kUsage, fmt::format("{} does not start with a key", server.key_file.string()));
   return key;
 }
 
@@ -59,7 +59,7 @@ Query query_of(const v1::Parameters& parameters) {
   return query;
 }
 
-/// A file that is sent piece by piece.
+/// A file that is uploaded in pieces.
 class UploadStream {
  public:
   /// \throw Failure file_unreadable
@@ -108,12 +108,12 @@ httplib::Result post_form(httplib::Client& http, const std::string& target, Uplo
 
 }  // namespace
 
-/// cpp-httplib with the errors of this client.
+/// cpp-httplib's client, with its errors turned into Failure.
 class ServiceClient::Connection {
  public:
   Connection(const Server& server, Interruption& interruption)
       : url_(normal_url(server.url)), interruption_(interruption), http_(url_) {
-    if (!http_.is_valid()) throw Failure(code::kUsage, fmt::format("'{}' is not the URL of a server", server.url));
+    if (!http_.is_valid()) throw Failure(code::kUsage, fmt::format("'{}' is not a valid server URL", server.url));
     if (const std::string key = key_of(server); !key.empty()) http_.set_bearer_token_auth(key);
     http_.set_connection_timeout(kConnectTimeout);
     http_.set_read_timeout(kAnswerTimeout);
@@ -129,7 +129,7 @@ class ServiceClient::Connection {
     return http_;
   }
 
-  /// \throw Failure unless the call was answered with success
+  /// \throw Failure unless the call succeeded
   void require(const httplib::Result& result, const std::string& body) const {
     interruption_.check();
     if (!result) {
@@ -147,7 +147,7 @@ class ServiceClient::Connection {
     return result->body;
   }
 
-  /// A successful body goes to `receive`, any other into `refusal`.
+  /// Passes the body of a successful answer to `receive` and puts any other into `refusal`.
   httplib::Result stream(const std::string& target, const httplib::Headers& headers, const Receiver& receive,
                          std::string& refusal) {
     bool success = false;
@@ -240,7 +240,7 @@ bool ServiceClient::listen(const std::string& id, std::string& last_event_id, Js
   if (!result || result->status == kServiceUnavailable || result->status == kTooManyRequests) return false;
   connection_->require(result, refusal);
   if (result->status != kNoContent) return false;
-  job = get("/v1/jobs/" + id);  // its last event was heard already
+  job = get("/v1/jobs/" + id);  // the last event came before the connection was lost
   return true;
 }
 
@@ -255,7 +255,7 @@ Json ServiceClient::follow(const std::string& id, const OnProgress& on_progress)
     if (listen(id, last_event_id, job, heard)) return job;
     if (interruption_.wait(kRetryPause)) interruption_.check();
   }
-  throw Failure(code::kServerUnreachable, fmt::format("the events of job {} have stopped", id));
+  throw Failure(code::kServerUnreachable, fmt::format("lost the events of job {} and could not reconnect", id));
 }
 
 template <typename Message>
@@ -264,7 +264,7 @@ Message from_json(const nlohmann::ordered_json& json) {
   options.ignore_unknown_fields = true;
   Message message;
   const auto status = google::protobuf::util::JsonStringToMessage(json.dump(), &message, options);
-  if (!status.ok()) throw Failure(code::kServerUnreachable, "the answer is not as expected: " + status.ToString());
+  if (!status.ok()) throw Failure(code::kServerUnreachable, "the answer does not match the API: " + status.ToString());
   return message;
 }
 

@@ -13,10 +13,10 @@ struct ServiceOptions {
   Server server;
 };
 
-// Not through CLI11: a variable that is merely set must not exclude --local as the option does.
-std::string from_environment(const char* name, const char* otherwise) {
+// CLI11's own environment variables would count as given options and so exclude --local.
+std::string from_environment(const char* name, const char* fallback) {
   const char* const variable = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before any thread
-  return variable != nullptr && *variable != '\0' ? variable : otherwise;
+  return variable != nullptr && *variable != '\0' ? variable : fallback;
 }
 
 ExitCode parameters(const ServiceOptions& options) {
@@ -35,31 +35,32 @@ ExitCode health(const ServiceOptions& options) {
 void add_server_options(CLI::App& command, Server& server) {
   server.url = from_environment("CREASED_URL", kDefaultServer);
   server.key = from_environment("CREASED_KEY", "");
-  command.add_option("--server", server.url, "URL of the service; otherwise CREASED_URL")->capture_default_str();
+  command.add_option("--server", server.url, "URL of the service; the default is CREASED_URL")->capture_default_str();
   auto* const key = command.add_option("--key", server.key,
-                                       "Key of the service, which others see in the list of processes; otherwise "
-                                       "--key-file, or CREASED_KEY");
+                                       "API key; other users can see it in the list of processes, so prefer "
+                                       "--key-file or CREASED_KEY");
   command
       .add_option_function<std::string>(
           "--key-file", [&server](const std::string& file) { server.key.clear(), server.key_file = file; },
-          "File that begins with the key")
+          "File that starts with the API key")
       ->type_name("PATH")
       ->excludes(key);
 }
 
 void add_weights_option(CLI::App& command, std::filesystem::path& weights) {
-  command.add_option("--weights", weights,
-                     "Weights of the likelihood: a JSON array with a number from 0 to 1000000 for every vertex");
+  command.add_option(
+      "--weights", weights,
+      "Weights of the likelihood: a JSON file with an array of one number per vertex, each from 0 to 1000000");
 }
 
 void add_service_commands(CLI::App& app, Run& run) {
   const auto of_parameters = std::make_shared<ServiceOptions>();
-  CLI::App& parameters_command = *app.add_subcommand("parameters", "List the parameters; with --json as JSON Schema");
+  CLI::App& parameters_command = *app.add_subcommand("parameters", "List the parameters, with --json as JSON Schema");
   add_console_options(parameters_command, of_parameters->console);
   run_with(parameters_command, run, of_parameters, parameters);
 
   const auto of_health = std::make_shared<ServiceOptions>();
-  CLI::App& health_command = *app.add_subcommand("health", "Ask whether the service takes jobs");
+  CLI::App& health_command = *app.add_subcommand("health", "Check that the service accepts jobs");
   add_server_options(health_command, of_health->server);
   add_console_options(health_command, of_health->console);
   run_with(health_command, run, of_health, health);

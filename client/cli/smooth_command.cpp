@@ -32,7 +32,7 @@ LabelFormat label_format(const std::filesystem::path& path) {
   if (extension == ".csv") return LabelFormat::kCsv;
   if (extension == ".json" || path.empty()) return LabelFormat::kJson;
   throw Error(crease::code::kOutputFormatUnknown,
-              fmt::format("labels are written as .json or .csv, not {}", path.string()));
+              fmt::format("labels can be written as .json or .csv, not as {}", path.string()));
 }
 
 MeshFormat ridge_format(const std::filesystem::path& path) {
@@ -40,10 +40,10 @@ MeshFormat ridge_format(const std::filesystem::path& path) {
   if (extension == ".glb") return MeshFormat::kGlb;
   if (extension == ".json" || path.empty()) return MeshFormat::kJson;
   throw Error(crease::code::kOutputFormatUnknown,
-              fmt::format("ridge lines are written as .json or .glb, not {}", path.string()));
+              fmt::format("ridge lines can be written as .json or .glb, not as {}", path.string()));
 }
 
-/// What is to be written, known to be possible before any work is done.
+/// Formats and parameters, checked before any work is done.
 struct Plan {
   v1::Parameters parameters;
   MeshFormat format;
@@ -77,7 +77,7 @@ Json smooth_locally(const SmoothOptionsOfCommand& options, const Plan& plan, Pro
   return to_json(local.job);
 }
 
-/// \throw Failure with the job's own problem when it has not succeeded
+/// \throw Failure with the job's error when it did not succeed
 void require_success(const Json& json) {
   const auto job = from_json<v1::Job>(json);
   if (job.state() == "succeeded") return;
@@ -86,11 +86,11 @@ void require_success(const Json& json) {
 }
 
 void cancel(const Server& server, const std::string& id) {
-  Interruption second;  // the first has been used up
+  Interruption second;  // the first one was used up by the interruption
   ServiceClient(server, second).post("/v1/jobs/" + id + "/cancel");
 }
 
-/// The job that was submitted is stopped when the command is.
+/// Follows the job. Cancels it when the command is interrupted.
 Json follow_or_cancel(ServiceClient& client, const SmoothOptionsOfCommand& options, const std::string& id,
                       ProgressBar& bar) {
   try {
@@ -139,7 +139,7 @@ ExitCode smooth(const SmoothOptionsOfCommand& options) {
   const auto job = from_json<v1::Job>(json);
   print_warnings(job);
   options.console.result({{"job", json}, {"files", files_of(options)}},
-                         fmt::format("{}\nwritten        {}", figures(job), options.output.string()));
+                         fmt::format("{}\noutput         {}", figures(job), options.output.string()));
   return ExitCode::kOk;
 }
 
@@ -149,16 +149,19 @@ void add_smooth_command(CLI::App& app, Run& run) {
   CLI::App& command = *app.add_subcommand("smooth", "Smooth a mesh, keep its ridges and label them");
   auto options = std::make_shared<SmoothOptionsOfCommand>();
   command.add_option("input", options->input, "Noisy mesh: obj, ply, off, stl, gltf or glb")->required();
-  command.add_option("-o,--output", options->output, "Smoothed mesh; the extension is the format")->required();
+  command.add_option("-o,--output", options->output, "Output file; by default its extension gives the format")
+      ->required();
   command.add_option("--format", options->format, "Format of the output: glb, gltf, obj, ply, stl, off or json");
-  command.add_option("--input-format", options->input_format, "Format of the input; otherwise by its name, then bytes");
-  command.add_option("--labels", options->labels, "Ridge labels of the edges, as .json or .csv");
-  command.add_option("--ridges", options->ridges, "Ridge lines, as .json or .glb");
-  command.add_option("--report", options->report, "Energies of every sweep, counts and timings, as JSON");
+  command.add_option("--input-format", options->input_format,
+                     "Format of the input; by default it is guessed from the name, then the bytes");
+  command.add_option("--labels", options->labels, "Also write the ridge labels of the edges, as .json or .csv");
+  command.add_option("--ridges", options->ridges, "Also write the ridge lines, as .json or .glb");
+  command.add_option("--report", options->report,
+                     "Also write the energies of every sweep, counts and timings, as JSON");
   add_weights_option(command, options->weights);
   add_parameter_options(command, options->parameters);
   add_server_options(command, options->server);
-  command.add_flag("--local", options->local, "Run in this process; the files are the same")
+  command.add_flag("--local", options->local, "Run in this process, without a service; the files are the same")
       ->excludes(command.get_option("--server"), command.get_option("--key"), command.get_option("--key-file"));
   add_console_options(command, options->console);
   run_with(command, run, options, smooth);
