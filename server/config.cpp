@@ -33,32 +33,35 @@ CLI::Option* add_path(CLI::App& command, const std::string& flag, std::filesyste
 }
 
 void add_log_options(CLI::App& command, LogConfig& config) {
-  add(command, "--log-format", config.format, "Lines on standard error: text, or json for one object a line")
+  add(command, "--log-format", config.format,
+      "Format of the log on standard error: text, or json for one object per line")
       ->check(CLI::IsMember({"text", "json"}));
-  add(command, "--log-level", config.level, "Least important messages that are logged")
+  add(command, "--log-level", config.level, "Lowest level of messages to log")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "critical", "off"}));
 }
 
 void add_store_options(CLI::App& command, StoreConfig& config) {
-  add(command, "--store", config.url, "Where jobs are kept: sqlite");
-  add_path(command, "--data-dir", config.data_dir, "Folder of the job store; made if it is not there");
+  add(command, "--store", config.url, "Job store: sqlite");
+  add_path(command, "--data-dir", config.data_dir, "Folder of the job store, created if it does not exist");
 }
 
 void add_limit_options(CLI::App& command, MeshLimits& limits) {
-  add(command, "--max-vertices", limits.max_vertices, "Vertices that an upload may have")
+  add(command, "--max-vertices", limits.max_vertices, "Most vertices that an upload may have")
       ->check(CLI::Range(1UL, 1'000'000'000UL));
-  add(command, "--max-faces", limits.max_faces, "Faces that an upload may have")
+  add(command, "--max-faces", limits.max_faces, "Most faces that an upload may have")
       ->check(CLI::Range(1UL, 1'000'000'000UL));
 }
 
 void add_job_options(CLI::App& command, JobConfig& config) {
-  add(command, "--job-memory-mb", config.memory_mb, "Memory that a job may take, in MiB")
+  add(command, "--job-memory-mb", config.memory_mb, "Most memory that a job may use, in MiB")
       ->check(CLI::Range(64UL, 1'048'576UL));
-  add(command, "--job-cpu-seconds", config.cpu_seconds, "Processor time that an attempt of a job may take")
+  add(command, "--job-cpu-seconds", config.cpu_seconds,
+      "Most processor time that one attempt of a job may use, in seconds")
       ->check(CLI::Range(1.0, 1e7));
   add(command, "--checkpoint-every", config.checkpoint_every, "Seconds between checkpoints of a running job")
       ->check(CLI::Range(0.0, 86'400.0));
-  add(command, "--lease", config.lease, "Seconds without a sign of life until another worker takes a job over")
+  add(command, "--lease", config.lease,
+      "Seconds after which another worker takes over a job whose worker has stopped responding")
       ->check(CLI::Range(0.1, 86'400.0));
 }
 
@@ -70,72 +73,83 @@ CLI::Option* add_list(CLI::App& command, const std::string& flag, std::vector<st
 void add_access_options(CLI::App& command, AccessConfig& config) {
   const auto many = CLI::Range(0UL, 1'000'000'000UL);
   const auto rate = CLI::Range(0.0, 1e6), burst = CLI::Range(1.0, 1e6);
-  add_path(command, "--keys", config.keys, "File of API keys, made by `creased key`; read again on SIGHUP");
+  add_path(command, "--keys", config.keys, "File of API keys, made by `creased key`. SIGHUP reloads it");
   command
-      .add_flag("--open", config.open, "Let anyone who reaches --host use the service; off loopback, this or --keys")
+      .add_flag(
+          "--open", config.open,
+          "Allow calls without a key from anyone who can reach --host. A host other than loopback needs this or --keys")
       ->envname("CREASED_OPEN");
   add_list(command, "--trusted-proxy", config.trusted_proxies,
-           "Addresses or blocks of proxies whose X-Forwarded-For is believed");
+           "Addresses or blocks of proxies whose X-Forwarded-For header is trusted");
   add_list(command, "--cors-origin", config.cors_origins,
-           "Origins whose pages may call from a browser; * with --open is any");
+           "Origins whose web pages may call the service; * allows any and needs --open");
   add(command, "--max-connections-per-address", config.max_connections_per_address,
-      "Connections that an address other than a trusted proxy may have open; 0: no bound")
+      "Most open connections from one address, trusted proxies excepted; 0 for no limit")
       ->check(CLI::Range(0UL, 50'000UL));
   add(command, "--address-rate", config.address_rate,
-      "Calls a second of an address, other than this machine's, without a key; 0: no bound")
+      "Calls per second from one address without a key, this machine excepted; 0 for no limit")
       ->check(rate);
-  add(command, "--address-burst", config.address_burst, "Calls that an address may make at once")->check(burst);
-  add(command, "--key-rate", config.key_rate, "Calls a second of a key that does not say; 0: no bound")->check(rate);
-  add(command, "--key-burst", config.key_burst, "Calls that a key may make at once that does not say")->check(burst);
+  add(command, "--address-burst", config.address_burst, "Calls that one address may make in a burst")->check(burst);
+  add(command, "--key-rate", config.key_rate,
+      "Calls per second with one key, unless its entry sets a rate; 0 for no limit")
+      ->check(rate);
+  add(command, "--key-burst", config.key_burst,
+      "Calls that one key may make in a burst, unless its entry sets a number")
+      ->check(burst);
   add(command, "--key-jobs-per-minute", config.key_jobs_per_minute,
-      "Jobs a minute of a key that does not say; 0: no bound")
+      "Jobs per minute with one key, unless its entry sets a rate; 0 for no limit")
       ->check(rate);
   add(command, "--key-max-queued", config.key_max_queued,
-      "Jobs that may wait of a key that does not say; 0: no bound of its own")
+      "Most queued jobs of one key, unless its entry sets a number; 0 for no limit per key")
       ->check(many);
   add(command, "--key-max-stored-mb", config.key_max_stored_mb,
-      "Space for the jobs of a key that does not say, in MiB; 0: no bound of its own")
+      "Most space for the jobs of one key, in MiB, unless its entry sets a number; 0 for no limit per key")
       ->check(many);
   add(command, "--key-max-streams", config.key_max_streams,
-      "Event streams of a key that does not say; 0: no bound of its own")
+      "Most open event streams of one key, unless its entry sets a number; 0 for no limit per key")
       ->check(many);
 }
 
 void add_service_limits(CLI::App& command, ServeConfig& config) {
   const auto hours = CLI::Range(0.0, 8'760.0);
-  add(command, "--max-upload-mb", config.max_upload_mb, "Size of an upload, in MiB")->check(CLI::Range(1UL, 4'095UL));
-  add(command, "--max-queued", config.store.max_queued, "Jobs that may wait")->check(CLI::Range(1UL, 10'000'000UL));
-  add(command, "--quota-mb", config.store.quota_mb, "Space that all jobs may take together, in MiB; 0: the disk's")
+  add(command, "--max-upload-mb", config.max_upload_mb, "Largest upload, in MiB")->check(CLI::Range(1UL, 4'095UL));
+  add(command, "--max-queued", config.store.max_queued, "Most queued jobs")->check(CLI::Range(1UL, 10'000'000UL));
+  add(command, "--quota-mb", config.store.quota_mb, "Most space for all jobs together, in MiB; 0 for the whole disk")
       ->check(CLI::Range(0UL, 1'000'000'000UL));
-  add(command, "--retention-hours", config.retention_hours, "Hours that a job is kept after its end unless it says")
+  add(command, "--retention-hours", config.retention_hours,
+      "Hours that a job is kept after its end: the default of the parameter retention_hours")
       ->check(hours);
-  add(command, "--max-retention-hours", config.max_retention_hours, "Hours that a job may ask to be kept")
+  add(command, "--max-retention-hours", config.max_retention_hours, "Largest value of the parameter retention_hours")
       ->check(hours);
-  add(command, "--max-streams", config.max_streams, "Event streams open at a time")->check(CLI::Range(0UL, 50'000UL));
-  add(command, "--max-connections", config.max_connections, "Connections open at a time, each with a thread")
+  add(command, "--max-streams", config.max_streams, "Most open event streams")->check(CLI::Range(0UL, 50'000UL));
+  add(command, "--max-connections", config.max_connections, "Most open connections; each has a thread")
       ->check(CLI::Range(1UL, 50'000UL));
 }
 
 void add_timeouts(CLI::App& command, ServeConfig& config) {
   const auto seconds = CLI::Range(0.05, 86'400.0);
-  add(command, "--head-timeout", config.head_timeout, "Seconds for the head of a request to arrive")->check(seconds);
-  add(command, "--body-timeout", config.body_timeout, "Seconds for a body, or for a pause in one")->check(seconds);
-  add(command, "--idle-timeout", config.idle_timeout, "Seconds between two requests of a connection")->check(seconds);
+  add(command, "--head-timeout", config.head_timeout, "Seconds in which the head of a request must arrive")
+      ->check(seconds);
+  add(command, "--body-timeout", config.body_timeout,
+      "Seconds in which a short body must arrive; also the longest pause in a body")
+      ->check(seconds);
+  add(command, "--idle-timeout", config.idle_timeout, "Seconds after which an idle connection is closed")
+      ->check(seconds);
 }
 
 bool is_loopback(const std::string& host) { return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0; }
 
 std::string access_refusal(const ServeConfig& config) {
   const AccessConfig& access = config.access;
-  if (!access.keys.empty() && access.open) return "--keys and --open contradict each other";
+  if (!access.keys.empty() && access.open) return "--keys and --open exclude each other";
   if (!is_loopback(config.host) && access.keys.empty() && !access.open) {
     return "listening on " + config.host +
-           " lets anyone who reaches it use the service; give --keys FILE, say --open if that is meant, or listen on "
+           " lets anyone who can reach it use the service; give --keys FILE, or --open to allow that, or listen on "
            "127.0.0.1";
   }
   for (const auto& origin : access.cors_origins) {
     if (origin == "*" ? !access.open : !is_origin(origin)) {
-      return "--cors-origin " + origin + " is not an origin like https://example.org, nor * together with --open";
+      return "--cors-origin " + origin + " is not an origin like https://example.org, nor * with --open";
     }
   }
   try {
@@ -152,12 +166,12 @@ void add_serve_options(CLI::App& command, ServeConfig& config) {
   config.workers = std::max(1U, std::thread::hardware_concurrency() / 2);
   add(command, "--host", config.host, "Address to listen on");
   add(command, "--port", config.port, "Port to listen on; 0 takes any free one")->check(CLI::Range(0, 65'535));
-  add_path(command, "--port-file", config.port_file, "File that gets the port once it is listened on");
+  add_path(command, "--port-file", config.port_file, "File to write the port to once the server listens");
   add_store_options(command, config.store);
-  add(command, "--workers", config.workers, "Worker processes; the default is one for two processors")
+  add(command, "--workers", config.workers, "Number of worker processes; by default one for every two processors")
       ->check(CLI::Range(0UL, 1'024UL));
   add_log_options(command, config.log);
-  command.option_defaults()->group("Who may call");
+  command.option_defaults()->group("Access");
   add_access_options(command, config.access);
   command.option_defaults()->group("Limits");
   add_service_limits(command, config);
@@ -167,7 +181,7 @@ void add_serve_options(CLI::App& command, ServeConfig& config) {
 }
 
 void add_worker_options(CLI::App& command, WorkerConfig& config) {
-  add(command, "--name", config.name, "Name under which jobs are claimed; the default is host and process id");
+  add(command, "--name", config.name, "Name of this worker in the job store; by default host and process id");
   add_store_options(command, config.store);
   add_limit_options(command, config.limits);
   add_job_options(command, config.job);
@@ -175,12 +189,12 @@ void add_worker_options(CLI::App& command, WorkerConfig& config) {
 }
 
 void add_key_options(CLI::App& command, KeyConfig& config) {
-  command.add_option("name", config.name, "Whose key it is, for people: 1 to 100 bytes")
+  command.add_option("name", config.name, "Name of the key's owner, 1 to 100 bytes")
       ->required()
       ->check([](const std::string& name) {
-        return name.empty() || name.size() > kMaxKeyNameBytes ? "a name has 1 to 100 bytes" : "";
+        return name.empty() || name.size() > kMaxKeyNameBytes ? "the name must have 1 to 100 bytes" : "";
       });
-  add_path(command, "--keys", config.keys, "File that gets the entry; without it the entry is printed");
+  add_path(command, "--keys", config.keys, "File to add the entry to; without it, the entry is printed");
 }
 
 Gatekeeper::Options gatekeeper_options(const ServeConfig& config) {
@@ -201,10 +215,10 @@ Gatekeeper::Options gatekeeper_options(const ServeConfig& config) {
 std::string refusal(const ServeConfig& config) {
   if (const std::string reason = access_refusal(config); !reason.empty()) return reason;
   if (config.retention_hours > config.max_retention_hours) {
-    return "--retention-hours must not be more than --max-retention-hours";
+    return "--retention-hours must not exceed --max-retention-hours";
   }
   if (config.max_streams >= config.max_connections) {
-    return "--max-streams must be less than --max-connections, or event streams shut all other calls out";
+    return "--max-streams must be less than --max-connections, so that event streams cannot block all other calls";
   }
   return {};
 }

@@ -22,15 +22,15 @@ struct StoreConfig {
   std::string url = "sqlite";
   std::filesystem::path data_dir = "creased-data";
   std::size_t max_queued = 10'000;
-  std::size_t quota_mb = 0;  ///< of all jobs together; 0: until the disk is full
+  std::size_t quota_mb = 0;  ///< for all jobs together; 0 for no limit but the disk
 };
 
-/// How a worker runs jobs. Times in seconds.
+/// Settings of a worker for the jobs that it runs. Times are in seconds.
 struct JobConfig {
-  std::size_t memory_mb = 8'192;  ///< address space of a process that computes
-  double cpu_seconds = 3'600;     ///< processor time of an attempt, of all its threads together
+  std::size_t memory_mb = 8'192;  ///< address space of a job's process
+  double cpu_seconds = 3'600;     ///< processor time of one attempt, all threads together
   double checkpoint_every = 10;
-  double lease = 15;  ///< without a sign of life, until another worker takes the job over
+  double lease = 15;  ///< time without renewal after which another worker takes the job over
 };
 
 struct MeshLimits {
@@ -38,26 +38,26 @@ struct MeshLimits {
   std::size_t max_faces = 20'000'000;
 };
 
-/// Who may call, from where, and how much.
+/// Who may call the service, and how much.
 struct AccessConfig {
-  std::filesystem::path keys;  ///< empty: no key is asked for
-  bool open = false;           ///< off loopback without keys
+  std::filesystem::path keys;  ///< empty for a service without keys
+  bool open = false;           ///< allows a public address without keys
   std::vector<std::string> trusted_proxies, cors_origins;
-  std::size_t max_connections_per_address = 1'250;  ///< 0: no bound
+  std::size_t max_connections_per_address = 1'250;  ///< 0 for no limit
   double address_rate = 100, address_burst = 1'000;
-  // Of keys that do not say; 0: no bound.
+  // Limits of keys whose entries do not set them; 0 for no limit.
   std::size_t key_max_queued = 1'000, key_max_stored_mb = 0, key_max_streams = 100;
   double key_rate = 100, key_burst = 1'000, key_jobs_per_minute = 0;
 };
 
-/// What `creased serve` runs with. Times in seconds.
+/// Settings of `creased serve`. Times are in seconds.
 struct ServeConfig {
   LogConfig log;
   StoreConfig store;
   MeshLimits limits;
   JobConfig job;
   AccessConfig access;
-  double retention_hours = 24;  ///< of jobs that do not say
+  double retention_hours = 24;  ///< default of the parameter retention_hours
   double max_retention_hours = 720;
   std::string host = "127.0.0.1";
   int port = 8080;
@@ -71,37 +71,37 @@ struct ServeConfig {
   double idle_timeout = 60;
 };
 
-/// What `creased worker` runs with.
+/// Settings of `creased worker`.
 struct WorkerConfig {
   LogConfig log;
   StoreConfig store;
   MeshLimits limits;
   JobConfig job;
-  std::string name;  ///< empty: host and process id
+  std::string name;  ///< empty for host and process id
 };
 
-/// What `creased key` makes.
+/// Arguments of `creased key`.
 struct KeyConfig {
   std::string name;
-  std::filesystem::path keys;  ///< empty: the entry is printed
+  std::filesystem::path keys;  ///< empty to print the entry
 };
 
-/// Adds the options of a command, each with its default and the environment variable CREASED_* of the same name.
+/// Adds the options of a command, each with its default and its environment variable CREASED_*.
 void add_serve_options(CLI::App& command, ServeConfig& config);
 void add_worker_options(CLI::App& command, WorkerConfig& config);
 void add_key_options(CLI::App& command, KeyConfig& config);
 
-/// Why this configuration is refused; empty: it is not.
+/// Why this configuration is not valid; empty when it is.
 std::string refusal(const ServeConfig& config);
 
-/// How callers are told apart and bounded.
+/// How callers are identified and limited.
 Gatekeeper::Options gatekeeper_options(const ServeConfig& config);
 
 std::chrono::milliseconds milliseconds_of(double seconds);
 StoreOptions store_options(const StoreConfig& config);
 WorkerOptions worker_options(const WorkerConfig& config);
 
-/// The command line of a worker that shares the server's store.
+/// The arguments for a worker that shares the server's store.
 std::vector<std::string> worker_arguments(const ServeConfig& config);
 
 }  // namespace creased

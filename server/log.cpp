@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// The sink formats on the calling thread, so the fields can travel beside the message.
+// The fields of the message being logged. The sink formats on the calling thread, so a thread-local reaches it.
 thread_local const Json* current_fields = nullptr;
 
 std::string timestamp(std::chrono::system_clock::time_point time) {

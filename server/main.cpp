@@ -51,7 +51,7 @@ int run_worker(const creased::WorkerConfig& config) {
 }
 
 int run_compute() {
-  std::signal(SIGINT, SIG_IGN);  // ends with its input; Ctrl-C reaches the whole group
+  std::signal(SIGINT, SIG_IGN);  // Ctrl-C reaches the whole process group; this process ends with its input
   mask_signals(SIG_UNBLOCK, {SIGTERM, SIGINT});
   return creased::run_compute();
 }
@@ -81,20 +81,22 @@ int guarded(const creased::LogConfig& log, const Run& run) {
 int run(int argc, char** argv) {
   CLI::App app("creased removes noise from triangle meshes over HTTP, keeps their ridges, and labels them.");
   app.set_version_flag("--version", CREASE_VERSION);
-  app.set_config("--config", "", "File with options in TOML or INI, under [serve] or [worker]");
+  app.set_config("--config", "", "TOML or INI file with options in the section [serve] or [worker]");
   app.require_subcommand(1);
   creased::ServeConfig serve;
   creased::WorkerConfig worker;
   creased::KeyConfig key;
   const std::string order =
-      "Every option is also read from the environment; a flag wins over --config FILE "
-      "(section [serve] or [worker]), and that over the environment.";
-  auto* serve_command = app.add_subcommand("serve", "Answer HTTP and keep worker processes")->fallthrough();
-  auto* worker_command = app.add_subcommand("worker", "Run jobs of a store")->fallthrough();
-  app.add_subcommand("compute", "Check and smooth meshes, confined, for a server or worker that starts this itself");
+      "Options can also be set in the file of --config (section [serve] or [worker]) or in the environment. "
+      "A flag overrides the file, and the file overrides the environment.";
+  auto* serve_command = app.add_subcommand("serve", "Run the HTTP service and its worker processes")->fallthrough();
+  auto* worker_command = app.add_subcommand("worker", "Run jobs from a store, without HTTP")->fallthrough();
+  app.add_subcommand("compute",
+                     "Internal: checks and smooths meshes in confined processes; started by servers and workers");
   creased::add_serve_options(*serve_command->footer(order), serve);
   creased::add_worker_options(*worker_command->footer(order), worker);
-  auto* key_command = app.add_subcommand("key", "Make an API key: the key, then its entry for the file of --keys");
+  auto* key_command = app.add_subcommand(
+      "key", "Make an API key and print it, with its entry for the key file or adding the entry to --keys");
   creased::add_key_options(*key_command, key);
   try {
     app.parse(argc, argv);

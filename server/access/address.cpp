@@ -69,7 +69,7 @@ AddressList::AddressList(const std::vector<std::string>& texts) {
       const auto [stop, error] = std::from_chars(text.data() + slash + 1, end, bits);
       bits += start->is_v4() ? kMappedBits : 0;
       if (error != std::errc() || stop != end || bits > kBits) {
-        throw std::invalid_argument("'" + text + "' has no length of a block after its slash");
+        throw std::invalid_argument("'" + text + "' has no valid prefix length after its slash");
       }
     }
     blocks_.push_back({*start, bits});

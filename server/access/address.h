@@ -8,18 +8,19 @@
 
 namespace creased {
 
-/// An IP address; IPv4 is kept as IPv4-mapped IPv6, so that both spellings of one host are one.
+/// An IP address. IPv4 is stored as IPv4-mapped IPv6, so that both spellings of an address are equal.
 class Address {
  public:
   using Bytes = std::array<unsigned char, 16>;
 
-  /// nullopt: the text is no address.
+  /// Returns nullopt when the text is not an address.
   static std::optional<Address> parse(std::string_view text);
 
   bool is_v4() const;
   bool is_loopback() const;
   std::string text() const;
-  /// What one subscriber holds as a rule: an IPv4 address, the first 64 bits of an IPv6 address.
+  /// The part of the address that usually belongs to one subscriber: an IPv4 address, or the first 64 bits of an IPv6
+  /// address.
   std::string subscriber() const;
   const Bytes& bytes() const { return bytes_; }
   bool operator==(const Address&) const = default;
@@ -32,7 +33,7 @@ class Address {
 class AddressList {
  public:
   AddressList() = default;
-  /// \throw std::invalid_argument naming what is neither an address nor a block
+  /// \throw std::invalid_argument for a text that is neither an address nor a block
   explicit AddressList(const std::vector<std::string>& texts);
 
   bool contains(const Address& address) const;
@@ -45,8 +46,8 @@ class AddressList {
   std::vector<Block> blocks_;
 };
 
-/// Who sent a request: the peer of the connection, or, as long as that is trusted, the one that it names last in
-/// `forwarded_for` (the values of X-Forwarded-For, in order).
+/// The client of a request. It is the peer of the connection; while the address found so far is trusted, it is the one
+/// before it in `forwarded_for`, the values of X-Forwarded-For read from the end.
 Address client_of(const Address& peer, std::string_view forwarded_for, const AddressList& trusted);
 
 }  // namespace creased

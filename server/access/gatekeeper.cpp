@@ -22,7 +22,7 @@ std::string bucket_of(const Caller& caller, const Source& source) {
   return caller.key == nullptr ? "address " + source.address.subscriber() : "key " + caller.key->id;
 }
 
-/// Whole seconds, as Retry-After has them.
+/// Rounds up to whole seconds, for Retry-After.
 std::chrono::seconds whole_seconds(std::chrono::duration<double> wait) {
   return std::chrono::ceil<std::chrono::seconds>(wait);
 }
@@ -36,9 +36,9 @@ Gatekeeper::Gatekeeper(Options options) : options_(std::move(options)), keys_(st
 void Gatekeeper::reload() {
   auto keys = std::make_shared<const KeyRing>(read_keys(options_.keys, options_.key_defaults));
   if (readable_by_others(options_.keys)) {
-    spdlog::warn("{} can be read by others than its owner; chmod 600 it", options_.keys.string());
+    spdlog::warn("{} can be read by other users; run chmod 600 on it", options_.keys.string());
   }
-  log_event(spdlog::level::info, "keys read", {{"file", options_.keys.string()}, {"keys", keys->size()}});
+  log_event(spdlog::level::info, "keys loaded", {{"file", options_.keys.string()}, {"keys", keys->size()}});
   const std::lock_guard lock(mutex_);
   keys_ = std::move(keys);
 }

@@ -14,41 +14,43 @@ namespace creased {
 
 /// Where a request comes from.
 struct Source {
-  Address address;     ///< of the client, over trusted proxies
-  bool local = false;  ///< from this machine and through no proxy
+  Address address;     ///< of the client, behind any trusted proxies
+  bool local = false;  ///< from this machine, not through a proxy
 };
 
-/// Who calls, and within which limits.
+/// A caller and its limits.
 struct Caller {
-  std::shared_ptr<const Key> key;  ///< null: none was needed, or none was right
+  std::shared_ptr<const Key> key;  ///< null when no key is needed or the given one is not valid
   Limits limits;
 
-  /// Of the jobs of this caller; empty when the service is open.
+  /// Owner of the caller's jobs; empty on a service without keys.
   std::string owner() const { return key == nullptr ? std::string() : key->id; }
 };
 
-/// Tells callers apart, by keys or by addresses, and counts what they do.
+/// Identifies callers by their keys or addresses and counts their calls and jobs.
 class Gatekeeper {
  public:
   struct Options {
-    std::filesystem::path keys;  ///< empty: the service is open to all who reach it
-    Limits open;                 ///< of callers without a key; its bounds on uploads and faces hold for all
-    Limits key_defaults;         ///< of keys that do not say
+    std::filesystem::path keys;  ///< empty for a service without keys
+    Limits open;                 ///< for callers without a key; its limits on uploads and faces apply to all
+    Limits key_defaults;         ///< for keys whose entries do not set them
   };
 
   /// \throw KeyFileError
   explicit Gatekeeper(Options options);
 
   bool keyed() const { return !options_.keys.empty(); }
-  /// Reads the keys again; those of before stay when that fails. \throw KeyFileError
+  /// Reloads the keys. Keeps the previous ones when that fails. \throw KeyFileError
   void reload();
 
-  /// The caller that an Authorization header speaks for; without a key where the service has none, or it is wrong.
+  /// The caller that an Authorization header identifies. It has no key when the service has none or the given one is
+  /// not valid.
   Caller identify(std::string_view authorization) const;
 
-  /// Counts a call. Zero: it is within the caller's rate; otherwise how long until the next one is.
+  /// Counts a call. Returns zero when it is within the caller's rate, otherwise the time until the next call is
+  /// allowed.
   std::chrono::seconds count_call(const Caller& caller, const Source& source);
-  /// Likewise a job that is submitted.
+  /// Counts a submitted job in the same way.
   std::chrono::seconds count_job(const Caller& caller, const Source& source);
 
  private:

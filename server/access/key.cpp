@@ -24,7 +24,7 @@ std::string hex(const Bytes& bytes) {
 template <std::size_t size>
 std::string random_hex() {
   std::array<unsigned char, size> bytes{};
-  if (::RAND_bytes(bytes.data(), static_cast<int>(size)) != 1) throw std::runtime_error("no random bytes to be had");
+  if (::RAND_bytes(bytes.data(), static_cast<int>(size)) != 1) throw std::runtime_error("cannot get random bytes");
   return hex(bytes);
 }
 
@@ -37,7 +37,7 @@ Sha256 sha256(std::string_view text) {
   return digest;
 }
 
-/// The id in a key; empty for what is none.
+/// The id in a key; empty when the text is not a key.
 std::string id_of(std::string_view key) {
   if (!key.starts_with(kPrefix)) return {};
   key.remove_prefix(kPrefix.size());

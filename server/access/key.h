@@ -13,9 +13,9 @@
 
 namespace creased {
 
-/// What a caller may have and do; 0: no bound of its own.
+/// What a caller may have and do; 0 for no limit per caller.
 struct Limits {
-  std::size_t max_queued = 0;  ///< jobs that wait
+  std::size_t max_queued = 0;  ///< queued jobs
   std::size_t max_upload_mb = 0;
   std::size_t max_faces = 0;
   std::size_t max_stored_mb = 0;
@@ -26,10 +26,10 @@ struct Limits {
 
 using Sha256 = std::array<unsigned char, 32>;
 
-/// A key as the service knows it: not what opens, only its hash.
+/// A key as the service stores it, with the hash of its text.
 struct Key {
-  std::string id;    ///< owns the jobs; lasts as long as the key
-  std::string name;  ///< for people
+  std::string id;    ///< owner of the jobs made with the key
+  std::string name;  ///< shown to people
   Sha256 hash{};
   bool metrics = false;  ///< may read GET /metrics
   Limits limits;
@@ -37,23 +37,23 @@ struct Key {
 
 inline constexpr std::size_t kMaxKeyNameBytes = 100;
 
-/// A key that was just made, "crk_<id>_<secret>" with a secret of 256 random bits, and its entry for the file.
+/// A new key, "crk_<id>_<secret>" with a secret of 256 random bits, and its entry for the key file.
 struct NewKey {
   std::string text;
   nlohmann::ordered_json entry;
 };
 NewKey make_key(const std::string& name);
 
-/// `text` without the secrets of keys that may stand in it, for logs.
+/// `text` with the secrets of any keys removed, for logs.
 std::string without_secrets(std::string text);
 
-/// The keys that a service knows.
+/// The keys of a service.
 class KeyRing {
  public:
   KeyRing() = default;
   explicit KeyRing(std::vector<Key> keys);
 
-  /// The key that `text` opens; null: it is none, which takes as long to find out as that it is one.
+  /// The key with this text; null when there is none. Takes the same time in both cases.
   std::shared_ptr<const Key> find(std::string_view text) const;
   std::size_t size() const { return by_id_.size(); }
 
@@ -66,15 +66,16 @@ class KeyFileError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The keys of a file {"keys": [entry, …]}. Limits that an entry does not name are those of `defaults`, whose
-/// max_upload_mb and max_faces no entry may exceed.
-/// \throw KeyFileError naming entry and member of the first fault; when others than its owner can write the file
+/// Reads a key file {"keys": [entry, …]}. An entry takes the limits that it does not set from `defaults`, and may not
+/// exceed their max_upload_mb and max_faces.
+/// \throw KeyFileError for the first faulty entry or member, and when other users can write the file
 KeyRing read_keys(const std::filesystem::path& file, const Limits& defaults);
 
-/// Whether others than its owner can read the file.
+/// Whether other users than its owner can read the file.
 bool readable_by_others(const std::filesystem::path& file);
 
-/// Adds an entry to a file of keys, made if it is not there, which changes whole or not at all. \throw KeyFileError
+/// Adds an entry to a key file, creating the file if it does not exist. The file changes completely or not at all.
+/// \throw KeyFileError
 void add_key(const std::filesystem::path& file, const nlohmann::ordered_json& entry);
 
 }  // namespace creased

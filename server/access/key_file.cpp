@@ -19,11 +19,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// One entry of the file while it is read: every member is taken once, and none may be left.
+/// Reads one entry of the file. Every member is read once, and unread members are an error.
 class Entry {
  public:
   Entry(const Json& json, std::size_t index) : json_(json), where_(fmt::format("keys[{}]", index)) {
-    if (!json.is_object()) fail("is no object");
+    if (!json.is_object()) fail("is not an object");
   }
 
   [[noreturn]] void fail(const std::string& what) const { throw KeyFileError(where_ + " " + what); }
@@ -39,7 +39,7 @@ class Entry {
     known_.insert(name);
     const auto member = json_.find(name);
     if (member == json_.end()) return false;
-    if (!member->is_boolean()) fail("has a '" + name + "' that is neither true nor false");
+    if (!member->is_boolean()) fail("has a '" + name + "' that is not true or false");
     return member->get<bool>();
   }
 
@@ -61,7 +61,7 @@ class Entry {
 
   void finish() const {
     for (const auto& [name, value] : json_.items()) {
-      if (!known_.contains(name)) fail("has a member '" + name + "' that is not known here");
+      if (!known_.contains(name)) fail("has a member '" + name + "', which is unknown");
     }
   }
 
@@ -70,7 +70,7 @@ class Entry {
     known_.insert(name);
     const auto member = json_.find(name);
     if (member == json_.end()) return false;
-    if (!member->is_number()) fail("has a '" + name + "' that is no number");
+    if (!member->is_number()) fail("has a '" + name + "' that is not a number");
     value = member->get<double>();
     return true;
   }
@@ -125,20 +125,20 @@ Key read_key(const Json& json, std::size_t index, const Limits& defaults) {
   return key;
 }
 
-/// The document of a file of keys, its outer form checked.
+/// Reads a key file and checks its outer form.
 Json read_document(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   const std::string text(std::istreambuf_iterator<char>(stream), {});
-  if (!stream.good() && !stream.eof()) throw KeyFileError("it cannot be read");
+  if (!stream.good() && !stream.eof()) throw KeyFileError("the file cannot be read");
   Json document = Json::parse(text, nullptr, false);
   const bool formed = document.is_object() && document.size() == 1 && document.contains("keys");
-  if (!formed || !document["keys"].is_array()) throw KeyFileError("it is not JSON of the form {\"keys\": [...]}");
+  if (!formed || !document["keys"].is_array()) throw KeyFileError("the file is not JSON of the form {\"keys\": [...]}");
   return document;
 }
 
 mode_t mode_of(const std::filesystem::path& file) {
   struct stat status {};
-  if (::stat(file.c_str(), &status) != 0) throw KeyFileError("there is no such file, or it cannot be reached");
+  if (::stat(file.c_str(), &status) != 0) throw KeyFileError("the file does not exist or cannot be accessed");
   return status.st_mode;
 }
 
@@ -148,7 +148,7 @@ bool readable_by_others(const std::filesystem::path& file) { return (mode_of(fil
 
 KeyRing read_keys(const std::filesystem::path& file, const Limits& defaults) {
   if ((mode_of(file) & (S_IWGRP | S_IWOTH)) != 0) {
-    throw KeyFileError("others than its owner can write it; chmod 600 it");
+    throw KeyFileError("other users can write the file; run chmod 600 on it");
   }
   const Json document = read_document(file);
   std::vector<Key> keys;
@@ -157,7 +157,7 @@ KeyRing read_keys(const std::filesystem::path& file, const Limits& defaults) {
     const std::size_t index = keys.size();
     keys.push_back(read_key(entry, index, defaults));
     if (!ids.insert(keys.back().id).second) {
-      throw KeyFileError(fmt::format("keys[{}] has the id of an earlier one", index));
+      throw KeyFileError(fmt::format("keys[{}] has the same id as an earlier entry", index));
     }
   }
   return KeyRing(std::move(keys));

@@ -8,15 +8,15 @@
 
 namespace creased {
 
-/// So many a second in the long run, `burst` at once.
+/// A long-term rate per second, and a burst that may come at once.
 struct Rate {
-  double per_second = 0;  ///< 0: no bound
+  double per_second = 0;  ///< 0 for no limit
   double burst = 1;
 
   bool bounded() const { return per_second > 0; }
 };
 
-/// A token bucket for everyone who calls. Keeps the buckets used last: its memory has a bound however many call.
+/// A token bucket for every caller. Keeps only the most recently used buckets, so that its memory is bounded.
 class RateLimiter {
  public:
   using Clock = std::chrono::steady_clock;
@@ -25,7 +25,7 @@ class RateLimiter {
 
   explicit RateLimiter(std::size_t max_buckets = kMaxBuckets) : max_buckets_(max_buckets) {}
 
-  /// Takes one from the bucket of `who`. Zero: there was one; otherwise how long it is until there is.
+  /// Takes a token from the bucket of `who`. Returns zero on success, otherwise the time until the next token.
   std::chrono::duration<double> take(const std::string& who, const Rate& rate, Clock::time_point now = Clock::now());
 
   std::size_t buckets() const;
@@ -41,7 +41,7 @@ class RateLimiter {
 
   const std::size_t max_buckets_;
   mutable std::mutex mutex_;
-  std::list<Bucket> buckets_;  // used last first
+  std::list<Bucket> buckets_;  // most recently used first
   std::unordered_map<std::string, std::list<Bucket>::iterator> by_name_;
 };
 

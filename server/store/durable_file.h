@@ -23,24 +23,23 @@ class Descriptor {
   int number_ = -1;
 };
 
-/// Writes all of `bytes`; false, with the reason in errno, when that cannot be done.
+/// Writes all of `bytes`. Returns false on an error, with the reason in errno.
 bool write_all(int file, std::string_view bytes);
 
-/// Opens a file to be read. \throw Error store_unavailable
+/// Opens a file for reading. \throw Error store_unavailable
 Descriptor open_to_read(const std::filesystem::path& path);
 
-/// Brings the content of a file, or the names in a folder, to the disk. \throw Error store_unavailable
+/// Flushes the content of a file, or the names in a folder, to the disk. \throw Error store_unavailable
 void sync_path(const std::filesystem::path& path);
 
-/// What is on the disk when a call returns.
+/// What is safely on the disk when a call returns.
 enum class Durability {
   kNone,
-  kContent,  ///< under its name once the folder is synced, by a later file in it for instance
+  kContent,  ///< the content; the name only after the next sync of the folder
   kWhole,
 };
 
-/// A file that appears under its name whole or not at all: written beside it as NAME.SUFFIX, then renamed. Its folder
-/// must exist and is never created.
+/// A file that appears complete or not at all. It is written as NAME.SUFFIX and then renamed. Its folder must exist.
 class ReplacingFile {
  public:
   /// \throw Error store_unavailable
@@ -51,7 +50,7 @@ class ReplacingFile {
 
   const std::filesystem::path& path() const { return path_; }
   int descriptor() const { return descriptor_.get(); }
-  /// Renames, after the content is on the disk as `durability` asks. \throw Error store_unavailable, storage_full
+  /// Flushes the content as `durability` says and renames the file. \throw Error store_unavailable, storage_full
   void commit(Durability durability);
 
  private:

@@ -8,7 +8,7 @@
 
 namespace creased {
 
-/// Codes of what the store and the workers refuse; rows of the table of errors as those of core.
+/// Error codes of the store and the workers. They are rows of the table of errors, as core's codes are.
 namespace code {
 inline constexpr std::string_view kStoreUnavailable = "store_unavailable";
 inline constexpr std::string_view kStorageFull = "storage_full";

@@ -21,7 +21,7 @@ void Housekeeper::keep(const std::stop_token& ended) {
     try {
       for (const std::string& id : store_.remove_expired()) on_removed_(id);
     } catch (const crease::Error& error) {
-      spdlog::warn("jobs whose time is over could not be removed: {}", error.detail());
+      spdlog::warn("cannot remove expired jobs: {}", error.detail());
     }
   }
 }

@@ -45,7 +45,8 @@ bool valid_name(std::string_view name) {
   });
 }
 
-/// Others may be removing the same tree: what they take away first is no fault.
+/// Removes a folder with its content. Another process may be removing the same folder, so files that vanish are not an
+/// error.
 void remove_tree(const fs::path& path) {
   std::error_code failed;
   do {
@@ -76,12 +77,12 @@ bool JobFiles::valid_id(std::string_view id) {
 }
 
 fs::path JobFiles::folder(std::string_view id) const {
-  if (!valid_id(id)) throw crease::Error(code::kJobNotFound, "not the id of a job");
+  if (!valid_id(id)) throw crease::Error(code::kJobNotFound, "not a valid job id");
   return jobs_ / id;
 }
 
 fs::path JobFiles::path(std::string_view id, std::string_view name) const {
-  if (!valid_name(name)) throw crease::Error(code::kJobNotFound, "not the name of a file of a job");
+  if (!valid_name(name)) throw crease::Error(code::kJobNotFound, "not a valid name for a job's file");
   return folder(id) / name;
 }
 
@@ -133,7 +134,7 @@ JobFiles::Room JobFiles::room() const {
 }
 
 void JobFiles::discard(std::string_view id) const {
-  // Under a name that tells whose it was, so that what a killed process leaves is found again.
+  // The name contains the id, so that the rest can be found if this process is killed.
   const fs::path source = folder(id), target = incoming_ / fmt::format("removed-{}", id);
   remove_tree(target);
   if (::rename(source.c_str(), target.c_str()) != 0) {

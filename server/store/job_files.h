@@ -41,7 +41,7 @@ class JobFiles {
   void discard(std::string_view id) const;
   /// Writes, syncs and removes a small file.
   void probe() const;
-  /// Removes what a killed process has left behind and nobody has touched for `age`.
+  /// Removes what killed processes have left behind, once it is older than `age`.
   void clean_leftovers(const std::unordered_set<std::string>& known_ids, std::chrono::seconds age) const;
 
  private:

@@ -72,7 +72,7 @@ void count_change(Connection& connection) {
 void throw_store_unavailable(const SQLite::Exception& exception) {
   const bool full = exception.getErrorCode() == SQLITE_FULL;
   throw crease::Error(full ? code::kStorageFull : code::kStoreUnavailable,
-                      fmt::format("the database refused: {} ({})", exception.what(), exception.getErrorStr()));
+                      fmt::format("database error: {} ({})", exception.what(), exception.getErrorStr()));
 }
 
 }  // namespace creased

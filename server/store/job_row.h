@@ -12,26 +12,26 @@ namespace creased {
 /// Milliseconds since 1970.
 std::int64_t now_ms();
 
-/// RFC 3339 in UTC with milliseconds, of milliseconds since 1970.
+/// Milliseconds since 1970 in RFC 3339 form, in UTC with milliseconds.
 std::string timestamp(std::int64_t ms);
 
-/// "SELECT … FROM jobs " and `rest`, with the columns that `read_job` wants.
+/// "SELECT … FROM jobs " and `rest`, with the columns that `read_job` needs.
 std::string select_jobs(std::string_view rest);
 
 /// The job of a row of `select_jobs`. \throw Error store_unavailable when the row is damaged
 crease::v1::Job read_job(const Query& row);
-/// The place of that job in the order of submission.
+/// The position of the job in the order of submission.
 std::int64_t job_seq(const Query& row);
 
-/// Warnings as the database keeps them.
+/// Warnings as they are stored in the database.
 std::string warnings_bytes(const google::protobuf::RepeatedPtrField<crease::v1::Warning>& warnings);
 
-/// Every transaction that changes a job counts first.
+/// Increments the version counter. Every transaction that changes a job does this first.
 void count_change(Connection& connection);
 
 [[noreturn]] void throw_store_unavailable(const SQLite::Exception& exception);
 
-/// Runs `work`; what SQLite refuses becomes Error store_unavailable.
+/// Runs `work` and turns errors of SQLite into Error store_unavailable.
 template <class Work>
 auto with_store_errors(Work&& work) -> decltype(work()) {
   try {

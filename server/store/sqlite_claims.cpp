@@ -12,7 +12,7 @@ namespace creased {
 namespace v1 = crease::v1;
 namespace {
 
-// ?1: now.
+// ?1 is the current time.
 constexpr std::string_view kOldestClaimable =
     "SELECT min(seq) FROM ("
     "SELECT min(seq) AS seq FROM jobs WHERE state = 'queued'"
@@ -30,11 +30,12 @@ Store::Hold read_hold(Query& row) {
   return row.integer(0) != 0 ? Store::Hold::kCancelRequested : Store::Hold::kHeld;
 }
 
-/// A job that takes the whole machine down with it must not do so for ever, but twelve restarts are nobody's poison.
+/// Points that a lost attempt counts; one that was lost with its server counts one point. So a job that crashes the
+/// whole server still fails in the end, but ordinary restarts do not make it fail.
 constexpr std::uint32_t kStrikesOfAttempt = 4;
 constexpr char kLossEnd = ';';
 
-/// What decides how a job goes on when an attempt is lost.
+/// What decides whether a job with a lost attempt is queued again.
 struct LostAttempt {
   Claim claim;
   bool cancel_requested = false, progressed = false;
@@ -42,7 +43,7 @@ struct LostAttempt {
   std::string losses, progress;
 };
 
-// ?1 and ?2: of the condition.
+// ?1 and ?2 belong to the condition.
 std::vector<LostAttempt> lost_attempts(Connection& connection, std::string_view condition, std::string_view text,
                                        std::int64_t number) {
   Query rows(connection,
@@ -91,7 +92,7 @@ void queue_again(Connection& connection, const LostAttempt& lost) {
   spdlog::warn("job {} queued again: {}", lost.claim.job_id, lost.losses);
 }
 
-/// What an ended job keeps on the disk.
+/// Removes the working files of an ended job. Returns the number of bytes that it keeps on the disk.
 std::int64_t kept_bytes(const JobFiles& files, std::string_view id) {
   files.remove_working_files(id);
   return files.bytes(id);
@@ -107,7 +108,7 @@ void end_lost(Connection& connection, const JobFiles& files, const LostAttempt& 
   spdlog::error("job {} {}: {}", lost.claim.job_id, state, lost.losses);
 }
 
-/// Attempts that came further than those before them start the count anew, unless a limit ended them.
+/// Counts a lost attempt. The count restarts when the attempt made progress, unless it exceeded a limit.
 void lose_attempt(Connection& connection, const JobFiles& files, LostAttempt lost, const Loss& loss,
                   std::uint32_t max_attempts, std::int64_t now) {
   const std::string what = fmt::format("attempt {} {}", lost.claim.attempt, loss.what);
@@ -125,7 +126,7 @@ void lose_attempt(Connection& connection, const JobFiles& files, LostAttempt los
 }
 
 void lose_expired(Connection& connection, const JobFiles& files, std::int64_t now, std::uint32_t max_attempts) {
-  const Loss loss{.what = "was lost without a word: its lease ran out"};
+  const Loss loss{.what = "stopped responding: its lease expired"};
   for (LostAttempt& lost : lost_attempts(connection, "?1 = '' AND lease_until <= ?2", "", now)) {
     lose_attempt(connection, files, std::move(lost), loss, max_attempts, now);
   }
@@ -147,7 +148,7 @@ std::optional<Claim> claim_row(Connection& connection, std::int64_t seq, std::st
   return Claim{row.text(0), std::string(owner), static_cast<std::uint32_t>(row.integer(1))};
 }
 
-/// The job of a claim while it holds, inside a transaction.
+/// The job of a claim that is still valid, read inside a transaction.
 std::optional<v1::Job> held_job(Connection& connection, const Claim& claim) {
   static const std::string sql = select_jobs("WHERE id = ? AND lease_owner = ? AND attempt = ? AND state = 'running'");
   Query row(connection, sql, claim.job_id, claim.owner, claim.attempt);
@@ -179,7 +180,7 @@ std::optional<Claim> SqliteStore::claim(std::string_view owner, std::chrono::mil
   return with_store_errors([&]() -> std::optional<Claim> {
     const std::int64_t now = now_ms();
     {
-      // Idle workers look often: that must not take the write lock.
+      // Idle workers look often, so they look without the write lock first.
       ReaderPool::Loan reader(readers_);
       if (!oldest_claimable(*reader, now)) return std::nullopt;
     }

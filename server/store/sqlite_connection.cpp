@@ -25,7 +25,7 @@ const char* settings(Connection::Role role) {
 Connection::Connection(const std::filesystem::path& path, Role role)
     : database_(path.string(), kOpenFlags, kBusyTimeoutMs) {
   database_.exec("PRAGMA foreign_keys = ON");
-  database_.exec("PRAGMA secure_delete = ON");  // what is deleted is gone from the file, too
+  database_.exec("PRAGMA secure_delete = ON");  // overwrites deleted content in the file
   database_.exec(settings(role));
 }
 

@@ -16,17 +16,17 @@
 
 namespace creased {
 
-/// Bytes to bind, as opposed to text. Views: they must outlive the query.
+/// Bytes to bind to a query. The bytes must outlive it.
 struct Blob {
   const std::string& bytes;
 };
 
-/// One connection with the statements it has prepared. Of one thread at a time.
+/// A connection with its prepared statements, for one thread at a time.
 class Connection {
  public:
   enum class Role {
     kReader,   ///< cannot write
-    kWriter,   ///< a commit survives this process, and the machine up to the last durable commit
+    kWriter,   ///< a commit survives this process, but may be lost with the machine unless a durable one follows
     kDurable,  ///< a commit is on the disk when it returns
   };
   Connection(const std::filesystem::path& path, Role role);
@@ -39,7 +39,7 @@ class Connection {
   std::map<std::string, SQLite::Statement, std::less<>> statements_;
 };
 
-/// A prepared statement with its arguments bound, reset at the end of the scope.
+/// A prepared statement with its arguments bound. The destructor resets it.
 class Query {
  public:
   template <class... Args>
@@ -51,9 +51,9 @@ class Query {
   Query(const Query&) = delete;
   Query& operator=(const Query&) = delete;
 
-  /// True: there is a row.
+  /// Advances to the next row. Returns false at the end.
   bool next() { return statement_.executeStep(); }
-  /// For statements without rows: the number of rows changed.
+  /// Runs a statement that returns no rows. Returns the number of changed rows.
   int run() { return statement_.exec(); }
 
   std::string text(int column) const { return statement_.getColumn(column).getString(); }
@@ -71,7 +71,7 @@ class Query {
   SQLite::Statement& statement_;
 };
 
-/// A few reading connections for any number of threads: who finds none free waits.
+/// A few reading connections, shared by any number of threads. A thread waits while all are in use.
 class ReaderPool {
  public:
   ReaderPool(std::filesystem::path path, std::size_t size);
@@ -100,12 +100,12 @@ class ReaderPool {
   std::vector<std::unique_ptr<Connection>> idle_;
 };
 
-/// A writing connection for any number of threads, one transaction at a time.
+/// A writing connection, shared by any number of threads. It runs one transaction at a time.
 class Writer {
  public:
   Writer(const std::filesystem::path& path, Connection::Role role) : connection_(path, role) {}
 
-  /// Holds the write lock of the database from its start; rolled back unless committed.
+  /// Holds the database's write lock from the start. Rolls back unless committed.
   class Transaction {
    public:
     explicit Transaction(Writer& writer)

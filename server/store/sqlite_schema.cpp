@@ -13,7 +13,8 @@
 namespace creased {
 namespace {
 
-// Append only: a released migration never changes. Times are milliseconds since 1970; messages are protobuf.
+// Only append to this list; never change a released migration. Times are milliseconds since 1970, messages are
+// protobuf.
 constexpr std::array kMigrations = {
     R"sql(
       CREATE TABLE change_counter (version INTEGER NOT NULL);
@@ -42,8 +43,8 @@ constexpr std::array kMigrations = {
       CREATE INDEX jobs_by_state ON jobs (state, seq);
       CREATE INDEX jobs_by_version ON jobs (version);
     )sql",
-    // Owners, each with idempotency keys of its own; what becomes of attempts; expiry; bytes kept, added up by triggers
-    // so that no path can forget them; jobs whose files are still to be removed.
+    // Adds owners, each with its own idempotency keys; the history of lost attempts; expiry; the bytes kept, which
+    // triggers add up so that no code path can forget them; and the removed jobs whose files still exist.
     R"sql(
       CREATE TABLE new_jobs (
         seq INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -113,8 +114,9 @@ void migrate(SQLite::Database& database) {
   const int present = static_cast<int>(kMigrations.size());
   const int found = user_version(database);
   if (found > present) {
-    throw crease::Error(code::kStoreUnavailable,
-                        fmt::format("the database has schema version {}, this program knows up to {}", found, present));
+    throw crease::Error(
+        code::kStoreUnavailable,
+        fmt::format("the database has schema version {}; this program supports versions up to {}", found, present));
   }
   for (int next = found; next < present; ++next) {
     SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
@@ -127,7 +129,7 @@ void migrate(SQLite::Database& database) {
 }  // namespace
 
 void prepare_database(const std::filesystem::path& path) {
-  // Switching to WAL does not wait for others as other statements do: one process at a time.
+  // Unlike other statements, the switch to WAL does not wait for locks, so only one process at a time may try it.
   const std::filesystem::path lock_path = path.parent_path() / "creased.lock";
   const Descriptor lock(::open(lock_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
   if (!lock.open()) throw file_failure("open", lock_path);

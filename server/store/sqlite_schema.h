@@ -4,8 +4,8 @@
 
 namespace creased {
 
-/// Creates the database, or brings one of an earlier version to the present schema; PRAGMA user_version counts the
-/// migrations that it has seen. Safe when several processes do it at once.
+/// Creates the database, or migrates it from an earlier version. PRAGMA user_version counts the migrations that were
+/// applied. Several processes may call this at once.
 /// \throw Error store_unavailable for a database of a later version; SQLite::Exception
 void prepare_database(const std::filesystem::path& path);
 

@@ -27,7 +27,7 @@ std::filesystem::path prepared(std::filesystem::path database) {
   return database;
 }
 
-/// Removes the files of a submission unless they have been moved away.
+/// Removes the files of a submission, unless they were moved.
 struct UploadGuard {
   const NewJob& job;
   ~UploadGuard() {
@@ -45,13 +45,14 @@ std::optional<v1::Job> job_of_key(Connection& connection, const NewJob& request)
   v1::Job job = read_job(known);
   Query same(connection, "SELECT 1 FROM jobs WHERE id = ? AND request_digest = ?", job.id(), request.request_digest);
   if (!same.next()) {
-    throw crease::Error(code::kIdempotencyConflict,
-                        fmt::format("the key came with another request before, which made job {}", job.id()));
+    throw crease::Error(
+        code::kIdempotencyConflict,
+        fmt::format("the key was already used for a different request, which created job {}", job.id()));
   }
   return job;
 }
 
-// For a parameter that is bound to an Owner.
+// Condition on the owner; ?2 is bound to an Owner.
 constexpr std::string_view kOfOwner = "(?2 IS NULL OR owner = ?2)";
 
 std::optional<v1::Job> job_of_id(Connection& connection, std::string_view id, const Owner& owner = std::nullopt) {
@@ -82,15 +83,15 @@ std::uint64_t size_of(const std::filesystem::path& path) {
   return failed ? 0 : bytes;
 }
 
-/// What a job may need on the disk until it has ended: its upload, and for each face what checkpoint, snapshot and
-/// result hold, twice while one replaces another.
+/// An estimate of the disk space that a job needs: its upload, and per face its checkpoint, snapshot and result, each
+/// twice while a new file replaces an old one.
 std::uint64_t bytes_needed(const NewJob& job) {
   constexpr std::uint64_t kPerFace = 400, kPerSweep = 200, kForm = 64 * 1024;
   return size_of(job.upload) + size_of(job.weights) + job.input.faces() * kPerFace +
          job.parameters.sweeps() * kPerSweep + kForm;
 }
 
-/// Left free for the database, and for what else is on the disk.
+/// Space to leave free for the database and for other programs.
 std::uint64_t reserve_of(const JobFiles::Room& room) {
   constexpr std::uint64_t kMost = 64U << 20U, kPart = 20;
   return std::min(kMost, room.total / kPart);
@@ -212,16 +213,16 @@ void SqliteStore::check_room(Connection& connection, const NewJob& request, std:
   const OwnerLimits& limits = request.owner_limits;
   if (all.queued >= max_queued_) {
     throw crease::Error(code::kQueueFull,
-                        fmt::format("{} jobs are queued, the most that this service takes", max_queued_));
+                        fmt::format("{} jobs are queued, the most that this service allows", max_queued_));
   }
   if (limits.max_queued > 0 && own.queued >= limits.max_queued) {
     throw crease::Error(code::kKeyQueueFull,
-                        fmt::format("{} jobs of this key are queued, the most that it may have", limits.max_queued));
+                        fmt::format("{} jobs are queued, the most that this key may have", limits.max_queued));
   }
   const auto check_quota = [&](std::uint64_t used, std::uint64_t quota, std::string_view whose) {
     if (quota == 0 || used + bytes <= quota) return;
     throw crease::Error(code::kQuotaExceeded,
-                        fmt::format("the job may need {}, and {} of the {} that {} may keep are taken; delete jobs, or "
+                        fmt::format("the job may need {}, but {} of the {} that {} may use are taken; delete jobs or "
                                     "wait until results expire",
                                     megabytes(bytes), megabytes(used), megabytes(quota), whose));
   };
@@ -229,7 +230,7 @@ void SqliteStore::check_room(Connection& connection, const NewJob& request, std:
   check_quota(all.bytes, quota_bytes_, "this service");
   const auto room = files_.room();
   if (room.free < bytes + reserve_of(room)) {
-    throw crease::Error(code::kStorageFull, fmt::format("the job may need {}, and the disk has {} left",
+    throw crease::Error(code::kStorageFull, fmt::format("the job may need {}, but the disk has only {} left",
                                                         megabytes(bytes), megabytes(room.free)));
   }
 }
@@ -289,7 +290,7 @@ std::optional<v1::Job> SqliteStore::cancel(std::string_view id, const Owner& own
       Query(*transaction, "UPDATE jobs SET bytes = ? WHERE id = ?", files_.bytes(id), id).run();
     }
     if (ended + asked > 0) transaction.commit();
-    if (ended > 0) spdlog::info("job {} cancelled before it ran to its end, attempt {}", id, job->attempt());
+    if (ended > 0) spdlog::info("job {} cancelled before its end, in attempt {}", id, job->attempt());
     return job;
   });
 }
@@ -323,12 +324,12 @@ std::vector<std::string> SqliteStore::remove_expired() {
     transaction.commit();
     return expired;
   });
-  for (const std::string& id : ids) spdlog::info("job {} removed: its time was over", id);
+  for (const std::string& id : ids) spdlog::info("job {} removed: its retention time was over", id);
   discard_removed();
   return ids;
 }
 
-/// Row by row, so that what a killed process has not removed is removed by the next.
+/// Deletes each row after its files, so that another process can finish what a killed one has left.
 void SqliteStore::discard_removed() {
   with_store_errors([&] {
     std::vector<std::string> ids;
@@ -392,7 +393,7 @@ std::string SqliteStore::not_ready_reason() {
   try {
     files_.probe();
     const auto room = files_.room();
-    if (room.free < reserve_of(room)) return fmt::format("the disk has only {} left", megabytes(room.free));
+    if (room.free < reserve_of(room)) return fmt::format("only {} of disk space are left", megabytes(room.free));
     return with_store_errors([&] {
       Writer::Transaction transaction(durable_writer_);
       Query(*transaction, "UPDATE change_counter SET version = version").run();
@@ -425,10 +426,10 @@ std::filesystem::path SqliteStore::temporary_path() { return files_.temporary_pa
 std::unique_ptr<Store> open_store(const StoreOptions& options) {
   constexpr std::string_view kPostgres = "postgresql://";
   if (options.url.starts_with(kPostgres)) {
-    throw crease::Error(code::kStoreUnavailable, "this build of creased has no PostgreSQL store; use 'sqlite'");
+    throw crease::Error(code::kStoreUnavailable, "this build does not support PostgreSQL; use 'sqlite'");
   }
   if (options.url != "sqlite") {
-    throw crease::Error(code::kStoreUnavailable, fmt::format("there is no store '{}'; use 'sqlite'", options.url));
+    throw crease::Error(code::kStoreUnavailable, fmt::format("unknown store '{}'; use 'sqlite'", options.url));
   }
   return with_store_errors([&]() -> std::unique_ptr<Store> { return std::make_unique<SqliteStore>(options); });
 }

@@ -6,7 +6,7 @@
 
 namespace creased {
 
-/// The embedded store: one SQLite database (creased.db) in WAL mode, and a folder of files for each job.
+/// The embedded store: an SQLite database (creased.db) in WAL mode and a folder of files for each job.
 class SqliteStore final : public Store {
  public:
   explicit SqliteStore(const StoreOptions& options);

@@ -70,7 +70,7 @@ std::pair<Descriptor, Descriptor> make_channel() {
 
 bool send_message(int channel, const google::protobuf::MessageLite& message, std::span<const int> files) {
   std::string bytes = message.SerializeAsString();
-  bytes.insert(bytes.begin(), '\0');  // an empty packet would look like the end
+  bytes.insert(bytes.begin(), '\0');  // so that no packet is empty, which would look like the end
   iovec piece{.iov_base = bytes.data(), .iov_len = bytes.size()};
   msghdr head{};
   head.msg_iov = &piece;
@@ -96,7 +96,7 @@ Receipt receive_message(int channel, google::protobuf::MessageLite& message,
   head.msg_control = control.bytes.data();
   head.msg_controllen = control.bytes.size();
   ssize_t count = -1;
-  // ECONNRESET comes once, from a peer that left without having read all it was sent, and before what it has sent.
+  // A peer that closes with unread input causes one ECONNRESET, which arrives before the messages that it has sent.
   do {
     count = ::recvmsg(channel, &head, MSG_CMSG_CLOEXEC);
   } while (count < 0 && (errno == EINTR || errno == ECONNRESET));

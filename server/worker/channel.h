@@ -12,18 +12,19 @@
 
 namespace creased {
 
-/// Messages, with descriptors where there are some, over a socket that keeps their boundaries.
+// Messages, with optional file descriptors, over a socket that keeps their boundaries.
 
-/// Two connected ends. \throw crease::Error internal
+/// Makes two connected ends. \throw crease::Error internal
 std::pair<Descriptor, Descriptor> make_channel();
 
-/// False: nobody reads any more.
+/// Returns false when the other end is closed.
 bool send_message(int channel, const google::protobuf::MessageLite& message, std::span<const int> files = {});
 
 enum class Receipt { kMessage, kNothing, kEnded };
 
-/// Waits for a message until `deadline`, or as long as it takes. kNothing: none came in time; kEnded also for what is
-/// no such message. `files` gets the descriptors that came with it; without it there must be none.
+/// Waits for a message until `deadline`, or without a limit. Returns kNothing when none came in time, and kEnded when
+/// the other end is closed or sent something else. `files` receives the descriptors of the message; when it is null,
+/// there must be none.
 Receipt receive_message(int channel, google::protobuf::MessageLite& message,
                         std::optional<std::chrono::steady_clock::time_point> deadline = std::nullopt,
                         std::vector<Descriptor>* files = nullptr);

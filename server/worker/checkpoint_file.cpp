@@ -13,10 +13,10 @@ std::string checkpoint_head(std::string_view state) {
 
 std::string_view open_checkpoint(std::string_view bytes) {
   const auto end = bytes.find('\n');
-  if (end == std::string_view::npos) throw crease::CheckpointError("the checkpoint has no head");
+  if (end == std::string_view::npos) throw crease::CheckpointError("the checkpoint has no first line");
   const std::string_view state = bytes.substr(end + 1);
   if (bytes.substr(0, end + 1) != checkpoint_head(state)) {
-    throw crease::CheckpointError("the checkpoint is damaged, or of another version of the program");
+    throw crease::CheckpointError("the checkpoint is damaged or was written by another version");
   }
   return state;
 }

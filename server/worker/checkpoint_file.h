@@ -5,11 +5,11 @@
 
 namespace creased {
 
-/// A checkpoint as a file: a line with the program's version and a hash, so that one that is torn, or of another
-/// program, is told from a good one; then the state.
+/// First line of a checkpoint file, with the program's version and a hash of the state, which follows. It shows whether
+/// the file is complete and comes from the same version.
 std::string checkpoint_head(std::string_view state);
 
-/// The state in a checkpoint's bytes. \throw crease::CheckpointError
+/// The state in the bytes of a checkpoint file. \throw crease::CheckpointError
 std::string_view open_checkpoint(std::string_view bytes);
 
 }  // namespace creased

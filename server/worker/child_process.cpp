@@ -24,7 +24,7 @@ namespace {
 
 constexpr int kExecFailed = 127;
 
-// Everything between fork and exec: only what may be called there when the parent has threads.
+// The steps between fork and exec. The parent has threads, so only async-signal-safe functions are allowed here.
 struct Launch {
   const char* program;
   char* const* arguments;
@@ -41,14 +41,14 @@ struct Launch {
  private:
   bool prepare() const {
     if (::prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) return false;
-    if (::getppid() != parent) ::_exit(kExecFailed);  // it ended before the line above
+    if (::getppid() != parent) ::_exit(kExecFailed);  // the parent ended before the prctl above
     ::setpgid(0, 0);
     offer_to_the_oom_killer();
     reset_signals();
     return redirect() && ::close_range(STDERR_FILENO + 1, UINT_MAX, CLOSE_RANGE_CLOEXEC) == 0;
   }
 
-  // A worker that is killed costs one attempt of a job, the parent costs the service.
+  // When memory runs out, losing this process costs one attempt of a job; losing the parent would cost the service.
   static void offer_to_the_oom_killer() {
     constexpr std::string_view kScore = "500";
     const int file = ::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC);

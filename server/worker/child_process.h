@@ -13,31 +13,30 @@ namespace creased {
 
 struct ChildOptions {
   std::filesystem::path executable;
-  std::vector<std::string> arguments;  ///< after the program's name
-  int standard_streams = -1;           ///< becomes standard input and output; -1: /dev/null and the parent's output
+  std::vector<std::string> arguments;  ///< without the program's name
+  int standard_streams = -1;           ///< becomes standard input and output; -1 for /dev/null and the parent's output
 };
 
-/// A child process, killed and reaped when the object goes.
+/// A child process. The destructor kills and reaps it.
 ///
-/// The kernel kills it, too, when the *thread* that started it ends, however that comes about: start children from a
-/// thread that lives as long as they may. A child starts in a process group of its own (the terminal's Ctrl-C is not
-/// for it), with default signals, and with no descriptor of its parent but standard error and those named in the
-/// options.
+/// The kernel also kills it when the *thread* that started it ends, so start children from a thread that outlives them.
+/// A child runs in its own process group, so Ctrl-C in a terminal does not reach it. It has default signal handlers,
+/// and of its parent's descriptors only standard error and those in the options.
 class ChildProcess {
  public:
-  /// \throw crease::Error internal when the program cannot be started, with the reason
+  /// \throw crease::Error internal when the program cannot be started
   explicit ChildProcess(const ChildOptions& options);
   ~ChildProcess();
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&& other) noexcept;
 
   pid_t id() const { return id_; }
-  /// Readable once the child has ended.
+  /// Becomes readable when the child ends.
   int end_descriptor() const { return end_.get(); }
   bool ended();
-  /// Waits. What became of it: "ended with code 1", "was killed by signal 9 (Killed)".
+  /// Waits for the end and describes it, for example "ended with code 1" or "was killed by signal 9 (SIGKILL)".
   std::string wait();
-  /// wait() if it ends in time.
+  /// Waits at most `time`. Returns whether the child has ended.
   bool wait_for(std::chrono::milliseconds time);
   void signal(int number) const;
 

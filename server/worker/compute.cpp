@@ -26,7 +26,7 @@ constexpr int kTasks = STDIN_FILENO;
 std::optional<crease::MeshFormat> requested_format(const v1::InspectTask& task) {
   if (task.format().empty()) return crease::format_from_filename(task.name());
   const auto format = crease::format_from_name(task.format());
-  if (!format) throw crease::Error(crease::code::kMeshFormatUnknown, "there is no format '" + task.format() + "'");
+  if (!format) throw crease::Error(crease::code::kMeshFormatUnknown, "unknown mesh format '" + task.format() + "'");
   return format;
 }
 
@@ -74,7 +74,7 @@ TaskFiles task_files(const v1::ComputeTask& task, const std::vector<Descriptor>&
   return files;
 }
 
-/// In the process of the task: confined before the first byte of the upload is looked at.
+/// Runs in the process of the task, which is confined before it reads the first byte of the upload.
 [[noreturn]] void run_task(const v1::ComputeTask& task, const std::vector<Descriptor>& received,
                            const Confinement& confinement, pid_t parent) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -102,7 +102,8 @@ v1::ComputeExit exit_of(pid_t task) {
   return exit;
 }
 
-/// Runs a job of our own, so that all that is made at its first use is made here and once, not in every task.
+/// Runs a small job, so that everything that is initialised at its first use is ready before the process forks for each
+/// task.
 void warm_up() {
   constexpr std::string_view kTetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
   v1::Parameters parameters;

@@ -30,12 +30,12 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-// Files of a large mesh may not take more than this part of the time of smoothing.
+// Smoothing gets at least this many times the time that writing a snapshot or checkpoint takes.
 constexpr int kLeastSmoothingPerFile = 20;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// When something that is done now and then is due again.
+/// Tells when something that is done periodically is due.
 class Timer {
  public:
   explicit Timer(std::uint32_t every_ms) : every_(every_ms), next_(Clock::now() + every_) {}
@@ -56,7 +56,7 @@ class Timer {
 
 crease::Error write_failure(int number) {
   return {number == ENOSPC || number == EDQUOT ? code::kStorageFull : code::kStoreUnavailable,
-          "a file of the job cannot be written: " + errno_text(number)};
+          "cannot write a file of the job: " + errno_text(number)};
 }
 
 void write_message(int file, const google::protobuf::MessageLite& message) {
@@ -98,14 +98,14 @@ class JobComputation {
     auto input = crease::check_input(upload.bytes(), crease::format_from_name(task_.job().input().format()),
                                      files_.limits, bytes_of(weights));
     if (crease::to_message(input).weights_sha256() != task_.job().input().weights_sha256()) {
-      throw crease::Error(code::kInternal, "the weights of the job are not those that it was submitted with");
+      throw crease::Error(code::kInternal, "the weights differ from those that the job was submitted with");
     }
     for (const auto& warning : input.warnings) warnings_.push_back(crease::to_message(warning));
     timings_.set_decode_seconds(seconds_since(start));
     return input;
   }
 
-  /// From the checkpoint where there is a good one, otherwise from the start.
+  /// Smooths from the checkpoint if there is a valid one, otherwise from the start.
   crease::JobOutput smooth(const crease::CheckedInput& input, crease::RunContext& context) {
     const crease::SmoothOptions options = crease::to_options(task_.job().parameters());
     if (files_.checkpoint >= 0) {
@@ -114,7 +114,7 @@ class JobComputation {
         context.checkpoint = open_checkpoint(file.bytes());
         return crease::run_job(input, options, context);
       } catch (const crease::CheckpointError& error) {
-        send_note(fmt::format("{}; it starts anew", error.what()));
+        send_note(fmt::format("{}; the job starts from the beginning", error.what()));
         context.checkpoint = {};
       }
     }
@@ -144,14 +144,14 @@ class JobComputation {
     v1::RunOrder order;
     std::vector<Descriptor> received;
     const Receipt receipt = receive_message(files_.channel, order, deadline, &received);
-    if (receipt == Receipt::kEnded) ::_exit(0);  // nobody wants the result any more
+    if (receipt == Receipt::kEnded) ::_exit(0);  // the worker has gone, so the result is not needed
     if (receipt != Receipt::kMessage) return receipt;
     stop_ = stop_ || order.stop();
     if (!received.empty()) outputs_[order.file()] = std::move(received.front());
     return receipt;
   }
 
-  /// Where the file goes; the worker has sent it before, or is about to.
+  /// The descriptor to write the file to. Waits for the worker to send it.
   Descriptor output(v1::RunFile file) {
     while (!outputs_[file].open()) take_order(std::nullopt);
     return std::exchange(outputs_[file], Descriptor());
@@ -193,11 +193,11 @@ class JobComputation {
     send(event);
   }
 
-  // A snapshot or checkpoint that cannot be written costs the next attempt time, not this one its result.
+  // Failing to write a snapshot or checkpoint does not fail the job: at worst, another attempt has more to compute.
   template <class Write>
   void write_passing(v1::RunFile file, const Write& write) {
     take_orders();
-    if (!outputs_[file].open()) return;  // the worker still has to do with the last one
+    if (!outputs_[file].open()) return;  // the worker has not yet taken the previous one
     try {
       const Descriptor target = output(file);
       write(target.get());

@@ -5,15 +5,15 @@
 
 namespace creased {
 
-/// What a confined process has: descriptors, −1 where there is none.
+/// The descriptors of a confined process; −1 for a file that the task does not have.
 struct TaskFiles {
   int channel = -1, upload = -1, weights = -1, checkpoint = -1;
   crease::DecodeLimits limits;
 };
 
-/// A job from its upload to the files of its result, inside the confined process. Follows orders between sweeps and
-/// tells of events over the channel.
-/// \throw crease::Error what the upload or the files are refused for
+/// Runs a job inside the confined process, from its upload to the files of its result. Reads orders between sweeps and
+/// sends events over the channel.
+/// \throw crease::Error when the upload is refused or a file cannot be written
 void run(const crease::v1::RunTask& task, const TaskFiles& files);
 
 }  // namespace creased

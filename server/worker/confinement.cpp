@@ -39,7 +39,7 @@ void rule(const Filter& filter, std::uint32_t action, int call, Condition... con
   check(::seccomp_rule_add(filter.get(), action, call, sizeof...(condition), condition...), "rule");
 }
 
-/// What SCMP_A0 to SCMP_A5 make in C.
+/// Does what the C macros SCMP_A0 to SCMP_A5 do.
 scmp_arg_cmp argument(unsigned number, scmp_compare comparison, scmp_datum_t a, scmp_datum_t b = 0) {
   return {number, comparison, a, b};
 }
@@ -90,18 +90,19 @@ void allow_computing(const Filter& filter) {
                          SCMP_SYS(uname)}) {
     rule(filter, SCMP_ACT_ALLOW, call);
   }
-  // A thread, not a process; clone3 keeps its flags where no filter sees them, so it is as if the kernel had none.
+  // Allow threads but not processes. A filter cannot see the flags of clone3, so clone3 fails as if the kernel lacked
+  // it.
   rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(clone), argument(0, SCMP_CMP_MASKED_EQ, CLONE_THREAD, CLONE_THREAD));
   rule(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3));
-  // fstat() of newer libraries; of a path it would tell of foreign files.
+  // Newer libraries implement fstat() with this call. With a path it would reveal other files.
   rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(newfstatat), argument(3, SCMP_CMP_EQ, AT_EMPTY_PATH));
-  // Limits may be read.
+  // Reading limits is allowed, setting them is not.
   rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(prlimit64), argument(2, SCMP_CMP_EQ, 0));
-  // abort() and raise().
+  // For abort() and raise().
   rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(tgkill), argument(2, SCMP_CMP_EQ, SIGABRT));
 }
 
-/// What nobody does by mistake ends the process.
+/// Kills the process for calls that only an attack would make.
 void kill_for_escaping(const Filter& filter) {
   for (const int call : {SCMP_SYS(execve),
                          SCMP_SYS(execveat),
@@ -160,7 +161,7 @@ Confinement::Confinement() {
 
 void Confinement::enter(const crease::v1::ComputeLimits& limits) const {
   constexpr rlim_t kDescriptors = 32;
-  ::signal(SIGXFSZ, SIG_IGN);  // a file over its limit is an error of write()
+  ::signal(SIGXFSZ, SIG_IGN);  // writing beyond the file size limit makes write() fail instead
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_NOFILE, kDescriptors);
   if (limits.file_bytes() > 0) limit(RLIMIT_FSIZE, limits.file_bytes());
@@ -169,7 +170,7 @@ void Confinement::enter(const crease::v1::ComputeLimits& limits) const {
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) throw failure("no new privileges", errno);
   if (::prctl(PR_SET_DUMPABLE, 0, 0, 0, 0) != 0) throw failure("no inspection by others", errno);
   if (program_.empty()) return;
-  // The kernel only reads the program.
+  // The kernel does not modify the program.
   const sock_fprog program{static_cast<unsigned short>(program_.size()), const_cast<sock_filter*>(program_.data())};
   if (::syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, 0, &program) != 0) throw failure("filter", errno);
 }

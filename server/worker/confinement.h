@@ -8,15 +8,17 @@
 
 namespace creased {
 
-/// What untrusted bytes are parsed and computed under. Off in builds with a sanitizer, whose own threads and files it
-/// would forbid.
+/// The confinement of processes that parse and compute untrusted input. It is off in builds with a sanitizer, because
+/// it would forbid the sanitizer's own threads and files.
 class Confinement {
  public:
-  /// Makes the filter of system calls: memory, threads and the descriptors at hand, but no file is opened, no program
-  /// run, no process started or looked at, nothing connected. \throw crease::Error internal
+  /// Compiles the filter of system calls. It allows memory, threads, and open descriptors; it forbids opening files,
+  /// running programs, starting or inspecting processes, and network connections.
+  /// \throw crease::Error internal
   Confinement();
 
-  /// Confines this process for good: limits, no new privileges, no core dump, the filter. Must be its only thread.
+  /// Confines this process for the rest of its life: limits, no new privileges, no core dump, and the filter. Must be
+  /// called while the process has one thread.
   /// \throw crease::Error internal
   void enter(const crease::v1::ComputeLimits& limits) const;
 

@@ -31,7 +31,7 @@ v1::ComputeLimits limits_of(const Inspector::Options& options) {
   v1::ComputeLimits limits;
   limits.set_memory_bytes(std::uint64_t{options.memory_limit_mb} << 20U);
   limits.set_cpu_seconds(static_cast<std::uint64_t>(std::chrono::ceil<std::chrono::seconds>(options.timeout).count()));
-  limits.set_file_bytes(1);  // an inspection writes none
+  limits.set_file_bytes(1);  // an inspection writes no files
   limits.set_max_vertices(options.max_vertices);
   limits.set_max_faces(options.max_faces);
   return limits;
@@ -82,10 +82,11 @@ class Inspector::Impl {
     }
     if (event && event->has_refused()) throw to_error(event->refused());
     if (loss) {
-      throw crease::Error(code::kInspectionFailed, fmt::format("the process that checked the mesh {}", loss->what));
+      throw crease::Error(code::kInspectionFailed,
+                          fmt::format("the process that was checking the mesh {}", loss->what));
     }
     if (!event || !event->has_inspected()) {
-      throw crease::Error(code::kInspectionFailed, "the process that checked the mesh ended without a word");
+      throw crease::Error(code::kInspectionFailed, "the process that was checking the mesh ended without a result");
     }
     const v1::Inspection& found = event->inspected();
     return {found.facts(), {found.warnings().begin(), found.warnings().end()}};
@@ -95,7 +96,7 @@ class Inspector::Impl {
     std::unique_lock lock(mutex_);
     for (;;) {
       changed_.wait(lock, [this] { return !idle_.empty() || stopping_ || !start_error_.empty(); });
-      if (stopping_) throw crease::Error(code::kInspectionFailed, "the service is stopping");
+      if (stopping_) throw crease::Error(code::kInspectionFailed, "the service is shutting down");
       if (idle_.empty()) throw crease::Error(code::kInspectionFailed, start_error_);
       auto sandbox = std::move(idle_.back());
       idle_.pop_back();
@@ -114,18 +115,18 @@ class Inspector::Impl {
 
   void discard(std::unique_ptr<Sandbox> sandbox) {
     sandbox->kill();
-    spdlog::warn("inspector process {} is replaced", sandbox->process_id());
+    spdlog::warn("inspection process {} ended and is replaced", sandbox->process_id());
     const std::lock_guard lock(mutex_);
     forget(*sandbox);
   }
 
-  /// Under the mutex.
+  /// The mutex must be held.
   void forget(const Sandbox& sandbox) {
     std::erase(ids_, sandbox.process_id());
     changed_.notify_all();
   }
 
-  // The one thread that starts sandboxes: they live no longer than it does.
+  // Starts all sandboxes from one thread, because they die with the thread that started them.
   void keep() {
     auto pause = kFirstPause;
     std::unique_lock lock(mutex_);
@@ -166,7 +167,7 @@ class Inspector::Impl {
   std::condition_variable changed_;
   std::vector<std::unique_ptr<Sandbox>> idle_;
   std::vector<int> ids_;     // of idle and busy sandboxes
-  std::string start_error_;  // why the last start failed; empty: it did not
+  std::string start_error_;  // why the last start failed; empty after a success
   bool stopping_ = false;
   std::thread keeper_;
 };

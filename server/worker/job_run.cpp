@@ -20,9 +20,9 @@ using std::chrono::milliseconds;
 
 constexpr std::string_view kPartial = "part";
 constexpr milliseconds kLookEvery{20};
-/// A computation that was told to stop has so long for its last sweep and a checkpoint.
+/// Time for a stopping computation to finish its sweep and write a checkpoint.
 constexpr milliseconds kStopGrace{3'000};
-/// An attempt may take so many times its processor time, on a machine with other work.
+/// An attempt may take this many times its limit of processor time, as the machine may have other work.
 constexpr int kWallTimes = 4;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -48,7 +48,7 @@ std::string_view name_of(v1::RunFile kind) {
     case v1::RUN_FILE_CHECKPOINT:
       return file::kCheckpoint;
     default:
-      throw crease::Error(code::kInternal, "the process that computes named a file that there is not");
+      throw crease::Error(code::kInternal, "the computing process named an unknown file");
   }
 }
 
@@ -56,14 +56,15 @@ bool is_passing(v1::RunFile kind) { return kind == v1::RUN_FILE_SNAPSHOT || kind
 
 Durability durability_of(v1::RunFile kind) {
   if (kind == v1::RUN_FILE_SNAPSHOT) return Durability::kNone;
-  return kind == v1::RUN_FILE_RESULT ? Durability::kContent : Durability::kWhole;  // the report's name comes after it
+  return kind == v1::RUN_FILE_RESULT ? Durability::kContent
+                                     : Durability::kWhole;  // the commit of the report follows and syncs the folder
 }
 
 bool is_fault_of_store(std::string_view error) {
   return error == code::kStoreUnavailable || error == code::kStorageFull;
 }
 
-/// Several times what the largest file of a job has, its checkpoint.
+/// Limit on the size of a file: several times the largest one, the checkpoint.
 std::uint64_t file_bytes_of(const v1::Job& job) {
   constexpr std::uint64_t kPerFace = 1024, kPerSweep = 1024, kForm = 1U << 20U;
   return kForm + job.input().faces() * kPerFace + job.parameters().sweeps() * kPerSweep;
@@ -96,7 +97,7 @@ void JobRun::run() {
   } catch (const crease::Error& error) {
     if (!sandbox_.ended()) sandbox_.kill();
     if (!is_fault_of_store(error.code())) return end_refused(crease::to_problem(error));
-    log_end(store_.put_back(claim_), "put back");
+    log_end(store_.put_back(claim_), "queued again");
     throw;
   }
 }
@@ -138,14 +139,14 @@ void JobRun::start() {
   for (const auto kind : {v1::RUN_FILE_RESULT, v1::RUN_FILE_REPORT}) offer(kind);
 }
 
-/// Files that a short job never comes to write are not made for it.
+/// Offers the files for snapshots and checkpoints, once. Short jobs end before they need them.
 void JobRun::offer_passing_files() {
   if (passing_files_offered_) return;
   passing_files_offered_ = true;
   try {
     for (const auto kind : {v1::RUN_FILE_SNAPSHOT, v1::RUN_FILE_CHECKPOINT}) offer(kind);
   } catch (const crease::Error& error) {
-    spdlog::warn("job {}: it goes on without a checkpoint: {}", claim_.job_id, error.detail());
+    spdlog::warn("job {}: continues without checkpoints: {}", claim_.job_id, error.detail());
   }
 }
 
@@ -156,7 +157,7 @@ void JobRun::follow() {
   }
 }
 
-/// Whether the computation is still wanted.
+/// Checks whether the computation should stop or has exceeded its time.
 void JobRun::look() {
   const auto now = Clock::now();
   next_look_ = now + kLookEvery;
@@ -197,11 +198,11 @@ void JobRun::handle(const v1::ComputeEvent& event) {
       refused_ = event.refused();
       return;
     default:
-      throw crease::Error(code::kInternal, "the process that computes said what a job has no use for");
+      throw crease::Error(code::kInternal, "the computing process sent an unexpected event");
   }
 }
 
-/// Gives the computation a fresh file of that kind.
+/// Gives the computation a new file of this kind.
 void JobRun::offer(v1::RunFile kind) {
   auto& target = files_[kind];
   target.emplace(path(name_of(kind)), suffix_);
@@ -214,7 +215,7 @@ void JobRun::offer(v1::RunFile kind) {
 void JobRun::complete(v1::RunFile kind) {
   auto& target = files_[kind];
   const std::string_view name = name_of(kind);
-  if (!target) throw crease::Error(code::kInternal, fmt::format("{} was complete before", name));
+  if (!target) throw crease::Error(code::kInternal, fmt::format("{} was completed twice", name));
   try {
     target->commit(durability_of(kind));
     target.reset();
@@ -231,7 +232,7 @@ void JobRun::publish(const v1::Progress& progress) {
   try {
     store_.publish_progress(claim_, progress);
   } catch (const crease::Error& error) {
-    spdlog::warn("job {}: progress could not be written: {}", claim_.job_id, error.detail());
+    spdlog::warn("job {}: cannot store the progress: {}", claim_.job_id, error.detail());
   }
 }
 
@@ -246,7 +247,7 @@ bool JobRun::is_held() {
   try {
     return store_.check(claim_) == Store::Hold::kHeld;
   } catch (const crease::Error& error) {
-    spdlog::warn("job {}: the store does not answer: {}", claim_.job_id, error.detail());
+    spdlog::warn("job {}: the store is not available: {}", claim_.job_id, error.detail());
     return true;
   }
 }
@@ -268,7 +269,7 @@ void JobRun::end_early() {
       return log_end(store_.finish_cancelled(claim_), "cancelled");
     case Store::Hold::kHeld:
       remove(file::kSnapshot);
-      return log_end(store_.put_back(claim_), "put back");
+      return log_end(store_.put_back(claim_), "queued again");
     case Store::Hold::kLost:
       return log_end(false, "stopped");
   }
@@ -286,7 +287,7 @@ void JobRun::end_refused(const v1::Problem& problem) {
     return end_lost({.what = problem.detail(), .code = code::kMemoryExhausted, .by_limit = true});
   }
   if (is_fault_of_store(problem.code())) {
-    log_end(store_.put_back(claim_), "put back");
+    log_end(store_.put_back(claim_), "queued again");
     throw crease::Error(problem.code(), problem.detail());
   }
   log_end(store_.fail(claim_, problem), fmt::format("failed ({}: {})", problem.code(), problem.detail()));
@@ -295,15 +296,15 @@ void JobRun::end_refused(const v1::Problem& problem) {
 void JobRun::end_lost(const Loss& loss) {
   files_.clear();
   remove(file::kSnapshot);
-  log_end(store_.lose(claim_, loss), "lost: it " + loss.what);
+  log_end(store_.lose(claim_, loss), "lost: " + loss.what);
 }
 
 void JobRun::log_end(bool accepted, std::string_view end) const {
   if (accepted) {
     spdlog::info("job {} {}: attempt {} after {:.3f} s", claim_.job_id, end, claim_.attempt, seconds_since(started_));
   } else {
-    spdlog::warn("job {} abandoned: attempt {} {} after {:.3f} s, when it was no longer this worker's", claim_.job_id,
-                 claim_.attempt, end, seconds_since(started_));
+    spdlog::warn("job {} abandoned: attempt {} {} after {:.3f} s, but the job no longer belonged to this worker",
+                 claim_.job_id, claim_.attempt, end, seconds_since(started_));
   }
 }
 

@@ -15,14 +15,14 @@
 
 namespace creased {
 
-/// One attempt of one job, from claim to end: what the confined process computes, brought to the store.
+/// One attempt of one job, from its claim to its end. Starts the confined process and stores what it computes.
 class JobRun {
  public:
   JobRun(Store& store, const WorkerOptions& options, Sandbox& sandbox, Claim claim, const std::atomic<bool>& stop);
 
-  /// Ends the claim in the store in one of its ways, or leaves a job that was taken away.
-  /// \throw Error store_unavailable, storage_full when the job had to be put back for want of the store or the disk, or
-  /// the store cannot be told; the lease then runs out
+  /// Runs the attempt and ends its claim in the store, unless the job was taken away.
+  /// \throw Error store_unavailable, storage_full when the store or the disk failed. The job is queued again, at the
+  /// latest when its lease expires.
   void run();
 
  private:
@@ -57,14 +57,14 @@ class JobRun {
   Sandbox& sandbox_;
   const Claim claim_;
   const std::atomic<bool>& stop_;
-  const std::string suffix_;  // of files that are being written: no other attempt writes the same
+  const std::string suffix_;  // of files being written; unique to this attempt
   crease::v1::Job job_;
   std::atomic<bool> taken_away_{false};
   std::map<crease::v1::RunFile, std::optional<ReplacingFile>> files_;
   Clock::time_point started_ = Clock::now(), next_look_ = started_;
   bool passing_files_offered_ = false;
-  std::optional<Clock::time_point> stop_by_;  // once the computation was told to stop
-  std::optional<Loss> given_up_;              // why it was killed
+  std::optional<Clock::time_point> stop_by_;  // set when the computation was told to stop
+  std::optional<Loss> given_up_;              // set when the computation was killed
   std::optional<crease::v1::RunEnd> end_;
   std::optional<crease::v1::Problem> refused_;
 };

@@ -18,7 +18,7 @@ void LeaseKeeper::keep(const std::stop_token& ended) {
     try {
       if (store_.renew(claim_, lease_) != Store::Hold::kHeld) cancel_ = true;
     } catch (const crease::Error& error) {
-      spdlog::warn("job {}: the lease could not be renewed: {}", claim_.job_id, error.detail());
+      spdlog::warn("job {}: cannot renew the lease: {}", claim_.job_id, error.detail());
     }
   }
 }

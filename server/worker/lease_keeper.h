@@ -10,8 +10,8 @@
 
 namespace creased {
 
-/// Renews a lease from a thread of its own as long as the object lives. When the job was taken away or is to be
-/// cancelled, `cancel` is set; a store that does not answer is asked again.
+/// Renews a lease from its own thread while it exists. Sets `cancel` when the job was taken away or should be
+/// cancelled. Tries again when the store fails.
 class LeaseKeeper {
  public:
   LeaseKeeper(Store& store, const Claim& claim, std::chrono::milliseconds lease, std::atomic<bool>& cancel);

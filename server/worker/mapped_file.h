@@ -5,11 +5,11 @@
 
 namespace creased {
 
-/// The bytes of a file, read through the page cache as they are touched: they count for nobody's heap.
+/// A file mapped into memory. Its pages are read when they are accessed and do not count as heap.
 class MappedFile {
  public:
-  /// Of an open descriptor, which may be closed at once.
-  /// \throw Error store_unavailable; std::bad_alloc when the address space is too small for it
+  /// Maps an open descriptor, which may be closed afterwards.
+  /// \throw Error store_unavailable; std::bad_alloc when the address space is too small
   explicit MappedFile(int file);
   ~MappedFile();
   MappedFile(const MappedFile&) = delete;

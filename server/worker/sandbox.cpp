@@ -37,7 +37,7 @@ void Sandbox::start(const v1::ComputeTask& task, std::span<const int> files) {
   std::vector<int> all{theirs.get()};
   all.insert(all.end(), files.begin(), files.end());
   if (!send_message(requests_.get(), task, all)) {
-    throw crease::Error(code::kInternal, "the process that computes " + process_.wait());
+    throw crease::Error(code::kInternal, "the computing process " + process_.wait());
   }
   channel_ = std::move(ours);
   limits_ = task.limits();

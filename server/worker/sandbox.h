@@ -14,45 +14,46 @@
 
 namespace creased {
 
-/// A process (`creased compute`) that starts a fresh, confined process for every task: it knows nothing but the files
-/// of its task, and what becomes of it stays its own affair. One task at a time.
+/// A process (`creased compute`) that forks a confined process for each task. A task can reach only its own files, and
+/// its crash does not affect other tasks. Runs one task at a time.
 ///
-/// The process lives no longer than the thread that made this object.
+/// The process ends with the thread that made this object.
 class Sandbox {
  public:
   /// \throw crease::Error internal when the program cannot be started
   explicit Sandbox(const std::filesystem::path& executable);
 
   int process_id() const { return process_.id(); }
-  /// Whether a task can be started; false once the process is gone.
+  /// Whether a task can be started; false when the process has ended.
   bool alive() { return !process_.ended(); }
 
-  /// Starts a task. `files` are the upload, then weights and checkpoint as the task says; they may be closed at once.
-  /// \throw crease::Error internal when the process is gone
+  /// Starts a task. `files` are the upload, then the weights and the checkpoint if the task has them. They may be
+  /// closed afterwards.
+  /// \throw crease::Error internal when the process has ended
   void start(const crease::v1::ComputeTask& task, std::span<const int> files);
 
-  /// The next event of the task; nullopt when none came by `deadline`, or will ever come: see ended().
+  /// The next event of the task; nullopt when none came by `deadline` or the task has ended; see ended().
   std::optional<crease::v1::ComputeEvent> next_event(std::chrono::steady_clock::time_point deadline);
-  /// False: the task does not listen any more.
+  /// Sends an order. Returns false when the task has ended.
   bool order(const crease::v1::RunOrder& order, std::span<const int> files = {});
 
-  /// Whether the task has ended and all of its events were read.
+  /// Whether the task has ended and all its events were read.
   bool ended() const { return !channel_.open(); }
-  /// How it ended, once it has; waits for that. Empty: by itself and in order.
+  /// Waits for the end of the task and returns why it was lost; nullopt when it ended normally.
   std::optional<Loss> loss();
-  /// Ends a task by force, and this process with it.
+  /// Kills the task and the process that started it.
   void kill();
 
  private:
   Sandbox(const std::filesystem::path& executable, std::pair<Descriptor, Descriptor> ends);
 
   ChildProcess process_;
-  Descriptor requests_;  // to the process that starts tasks
-  Descriptor channel_;   // to the task
+  Descriptor requests_;  // channel to the process that starts tasks
+  Descriptor channel_;   // channel to the task
   crease::v1::ComputeLimits limits_;
 };
 
-/// Main loop of `creased compute`: tasks come on standard input. Returns the exit code.
+/// Main loop of `creased compute`, which reads tasks from standard input. Returns the exit code.
 int run_compute();
 
 }  // namespace creased

@@ -2,8 +2,8 @@
 
 namespace creased {
 
-/// Whether AddressSanitizer or ThreadSanitizer is built in: they reserve more address space than any limit, and open
-/// files and start threads that a filter would forbid.
+/// Whether this is a build with AddressSanitizer or ThreadSanitizer. They reserve more address space than any limit
+/// allows, and they open files and start threads, which the filter forbids.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kSanitized = true;
 #elif defined(__has_feature)

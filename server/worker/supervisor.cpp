@@ -25,7 +25,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kFirstPause{100}, kLongestPause{10'000};
 constexpr std::chrono::seconds kSoundLife{5};
 
-/// One worker that is to be alive.
+/// The place of one worker.
 struct Post {
   std::optional<ChildProcess> child;
   Clock::time_point started, start_at;
@@ -77,7 +77,7 @@ class Supervisor::Impl {
   }
 
  private:
-  // The one thread that starts workers: they live no longer than it does.
+  // Starts all workers from one thread, because they die with the thread that started them.
   void run(std::promise<void>& started) {
     try {
       for (Post& post : posts_) start(post);
@@ -108,7 +108,7 @@ class Supervisor::Impl {
       post.start_at = now + post.pause;
       const int process = post.child->id();
       const std::string what = post.child->wait();
-      spdlog::warn("worker process {} {}; another one starts in {} ms", process, what, post.pause.count());
+      spdlog::warn("worker process {} {}; its replacement starts in {} ms", process, what, post.pause.count());
       if (on_end_) on_end_(process, what);
       const std::lock_guard lock(mutex_);
       post.child.reset();
@@ -124,7 +124,7 @@ class Supervisor::Impl {
     }
   }
 
-  /// True: the event is stop().
+  /// Waits for an event. Returns true when it is stop().
   bool wait_for_event() {
     std::vector<pollfd> events{{.fd = wake_.get(), .events = POLLIN, .revents = 0}};
     auto until = Clock::time_point::max();
@@ -162,7 +162,7 @@ class Supervisor::Impl {
 
   ChildOptions child_;
   std::function<void(int, const std::string&)> on_end_;
-  mutable std::mutex mutex_;  // of the posts' children: the thread changes them, others look
+  mutable std::mutex mutex_;  // guards the posts' children, which the thread changes and others read
   std::vector<Post> posts_;
   Descriptor wake_;
   std::atomic<std::chrono::milliseconds> grace_{std::chrono::milliseconds(0)};

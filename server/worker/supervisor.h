@@ -9,25 +9,25 @@
 
 namespace creased {
 
-/// Keeps N worker processes alive: starts them, starts them again when they die (with a growing pause when they die
-/// at once), and on stop() lets them put their jobs back. They die with this process, however it ends.
+/// Keeps N worker processes running. It restarts those that die, with a growing pause for those that die at once, and
+/// stop() lets them return their jobs to the queue. The workers die with this process, however it ends.
 class Supervisor {
  public:
   struct Options {
-    std::filesystem::path executable;    ///< creased itself
+    std::filesystem::path executable;    ///< the creased program
     std::vector<std::string> arguments;  ///< "worker", "--data-dir", …
     std::size_t processes = 1;
-    /// Told of every worker that has ended: its process, and what became of it.
+    /// Called for every worker that has ended, with its process id and how it ended.
     std::function<void(int process, const std::string& what)> on_end = {};
   };
   /// \throw crease::Error internal when the executable cannot be started
   explicit Supervisor(const Options& options);
   ~Supervisor();
 
-  /// SIGTERM to all; waits, then SIGKILL to those that are left after `grace_seconds`.
+  /// Sends SIGTERM to all workers, and SIGKILL to those that still run after `grace_seconds`.
   void stop(double grace_seconds);
 
-  /// Of the workers alive now.
+  /// The process ids of the running workers.
   std::vector<int> process_ids() const;
 
  private:

@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kLongestPause{2'000};
 
-/// True: there was a job.
+/// Runs the next job, if any. Returns whether there was one.
 bool run_next(Store& store, const WorkerOptions& options, std::optional<Sandbox>& sandbox,
               const std::atomic<bool>& stop) {
   if (!sandbox || !sandbox->alive()) sandbox.emplace(options.executable);
@@ -32,7 +32,7 @@ bool run_next(Store& store, const WorkerOptions& options, std::optional<Sandbox>
   return true;
 }
 
-/// Also when it only waits to be reaped.
+/// Whether a process has ended; a zombie counts as ended.
 bool is_gone(pid_t process) {
   if (::kill(process, 0) != 0) return errno == ESRCH;
   std::ifstream stat(fmt::format("/proc/{}/stat", process));

@@ -253,7 +253,7 @@ TEST(KeyReload, TakesEffectWithoutDroppingConnections) {
 
   file.write_text("{\"keys\": [");
   server.signal(SIGHUP);
-  ASSERT_TRUE(eventually([&] { return reloads("keys refused") == 1; })) << server.log();
+  ASSERT_TRUE(eventually([&] { return reloads("keys not reloaded") == 1; })) << server.log();
   EXPECT_EQ(status(first), 200);
   EXPECT_EQ(status(second), 200);
 
@@ -310,7 +310,7 @@ TEST(KeyConfiguration, ABrokenFileKeepsTheServiceFromStarting) {
   fs::permissions(file.path(), fs::perms::others_write, fs::perm_options::add);
   const Finished writable = serve({"--keys", file.path()});
   EXPECT_EQ(writable.exit_code, 1);
-  EXPECT_NE(writable.errors.find("can write it"), std::string::npos) << writable.errors;
+  EXPECT_NE(writable.errors.find("can write the file"), std::string::npos) << writable.errors;
 }
 
 TEST(KeyConfiguration, WarnsOfAFileThatOthersCanRead) {
@@ -318,7 +318,7 @@ TEST(KeyConfiguration, WarnsOfAFileThatOthersCanRead) {
   fs::permissions(file.path(), fs::perms::others_read, fs::perm_options::add);
   ServerProcess server(
       {"--host", "0.0.0.0", "--workers", "0", "--max-connections", "16", "--max-streams", "4", "--keys", file.path()});
-  EXPECT_NE(server.log().find("can be read by others"), std::string::npos);
+  EXPECT_NE(server.log().find("can be read by other users"), std::string::npos);
   EXPECT_EQ(server.get("/v1/jobs").status, 401);
 }
 

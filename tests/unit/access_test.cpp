@@ -197,26 +197,26 @@ TEST_F(KeyFile, TakesLimitsOfTheEntryBeforeTheDefaults) {
 }
 
 TEST_F(KeyFile, SaysWhatIsWrongInWhichEntry) {
-  EXPECT_THAT(fault(), HasSubstr("no such file"));
+  EXPECT_THAT(fault(), HasSubstr("does not exist"));
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "not JSON"},
       {"[]", "not JSON of the form"},
       {R"({"keys": {}})", "not JSON of the form"},
       {R"({"keys": [], "more": 1})", "not JSON of the form"},
-      {R"({"keys": [1]})", "keys[0] is no object"},
+      {R"({"keys": [1]})", "keys[0] is not an object"},
       {R"({"keys": [{}]})", "needs a string 'id'"},
       {with(R"("id": "a_b")"), "has an id"},
       {with(R"("name": "")"), "has a name"},
       {with(R"("sha256": "abc")"), "has a sha256"},
       {with(R"("max_queue": 1)"), "'max_queue'"},
-      {with(R"("max_queued": "1")"), "'max_queued' that is no number"},
+      {with(R"("max_queued": "1")"), "'max_queued' that is not a number"},
       {with(R"("max_queued": 0)"), "max_queued = 0"},
       {with(R"("max_queued": 1.5)"), "max_queued = 1.5"},
       {with(R"("max_upload_mb": 101)"), "from 1 to 100"},
       {with(R"("max_faces": 1001)"), "from 1 to 1000"},
       {with(R"("requests_per_second": 0)"), "requests_per_second"},
       {with(R"("burst": 0.5)"), "burst"},
-      {with(R"("metrics": "yes")"), "neither true nor false"},
+      {with(R"("metrics": "yes")"), "is not true or false"},
   };
   for (const auto& [text, reason] : cases) {
     write(text);
@@ -236,7 +236,7 @@ TEST_F(KeyFile, IsRefusedWhereOthersCanWriteIt) {
   EXPECT_TRUE(readable_by_others(file()));
   for (const mode_t mode : {0620, 0602}) {
     ::chmod(file().c_str(), mode);
-    EXPECT_THAT(fault(), HasSubstr("can write it")) << mode;
+    EXPECT_THAT(fault(), HasSubstr("can write the file")) << mode;
   }
 }
 

@@ -42,7 +42,7 @@ TEST_F(AttemptsTest, ALeaseThatRunsOutThreeTimesFailsTheJob) {
   EXPECT_FALSE(store().claim("w", kLong));
   EXPECT_EQ(job().state(), "failed");
   EXPECT_EQ(job().error().code(), code::kWorkerLost);
-  EXPECT_THAT(job().error().detail(), HasSubstr("3 attempts in a row were lost: attempt 1 was lost without a word"));
+  EXPECT_THAT(job().error().detail(), HasSubstr("3 attempts in a row were lost: attempt 1 stopped responding"));
 }
 
 TEST_F(AttemptsTest, AttemptsThatGetOnDoNotCountAgainstAJob) {
@@ -61,7 +61,7 @@ TEST_F(AttemptsTest, AttemptsThatGetOnDoNotCountAgainstAJob) {
 }
 
 TEST_F(AttemptsTest, AttemptsThatWereLostWithTheirServerCountAQuarter) {
-  const Loss restart{.what = "was lost with its server", .with_server = true};
+  const Loss restart{.what = "ended with its server", .with_server = true};
   submit("abc");
   for (int attempt = 1; attempt <= 11; ++attempt) EXPECT_TRUE(store().lose(claim(), restart));
   EXPECT_EQ(state("abc"), "queued");

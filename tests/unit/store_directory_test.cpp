@@ -72,7 +72,7 @@ TEST_F(StoreTest, OtherStoresAreRefusedByName) {
     return std::string();
   };
   EXPECT_THAT(refusal("postgresql://localhost/creased"), HasSubstr("store_unavailable: this build"));
-  EXPECT_THAT(refusal("mysql://localhost"), HasSubstr("store_unavailable: there is no store 'mysql://localhost'"));
+  EXPECT_THAT(refusal("mysql://localhost"), HasSubstr("store_unavailable: unknown store 'mysql://localhost'"));
 }
 
 TEST_F(StoreTest, ADatabaseOfALaterVersionIsLeftAlone) {
