@@ -7,14 +7,14 @@
 
 namespace crease::bench {
 
-/// The vertex process of §3.5 as a textbook would write it over OpenMesh: one vertex after the other, circulators for
-/// the neighbourhood, OpenMesh's stored face normals, the quadratic potential, no labels. What the packed sampler is
-/// measured against.
+/// The vertex process of §3.5 as a textbook would write it with OpenMesh: one vertex after the other, circulators for
+/// the neighbourhood, OpenMesh's stored face normals, the quadratic potential, no labels. The baseline for the packed
+/// sampler.
 class TextbookSampler {
  public:
   TextbookSampler(HalfEdgeMesh mesh, double likelihood_weight);
 
-  /// One Metropolis pass over all vertices; how many proposals were accepted.
+  /// Runs one Metropolis pass over all vertices. Returns the number of accepted proposals.
   std::size_t sweep(double temperature, double step);
   std::size_t vertices() const { return mesh_.n_vertices(); }
 

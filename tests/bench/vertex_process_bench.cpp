@@ -15,7 +15,7 @@ namespace {
 constexpr double kTemperature = 0.01, kStep = 0.08;
 constexpr EnergyModel kModel{0.5, 1.0, 0.8, 0.8, 0.2, Smoothness::kQuadratic};
 
-/// The noisy bunny where it is at hand, else a sphere of about as many vertices; edge length about one.
+/// The noisy bunny if available, otherwise a sphere with about as many vertices. The edge length is about one.
 const Mesh& bench_mesh() {
   static const Mesh mesh = [] {
     Mesh result = test::icosphere(6, 60);
@@ -29,7 +29,7 @@ const Mesh& bench_mesh() {
   return mesh;
 }
 
-/// The one-threaded textbook loop and the packed sampler in turn; `ratio` is between their rates, measured in one run.
+/// Alternates the single-threaded textbook loop and the packed sampler. `ratio` compares their rates within one run.
 void ratio_to_textbook(benchmark::State& state) {
   const Mesh& mesh = bench_mesh();
   TextbookSampler textbook(to_openmesh(mesh), kModel.likelihood_weight);
@@ -61,7 +61,7 @@ void ratio_to_textbook(benchmark::State& state) {
 }
 BENCHMARK(ratio_to_textbook)->Unit(benchmark::kMillisecond)->MinTime(5);
 
-/// A few sweeps with one thread and a few with two in turn; `speedup` of the second, measured in one run.
+/// Alternates a few sweeps with one thread and a few with two. `speedup` compares them within one run.
 void speedup_of_second_thread(benchmark::State& state) {
   const Mesh& mesh = bench_mesh();
   const Renumbering renumbering(mesh);

@@ -4,8 +4,8 @@
 
 #include "tests/fuzz/target.h"
 
-// libFuzzer's way in. One binary is all fuzzers; FUZZ_TARGET says which, and so also reaches the processes that
-// libFuzzer starts again for -fork, -merge and -minimize_crash.
+// Entry point for libFuzzer. One binary contains all fuzzers. FUZZ_TARGET selects one; as an environment variable, it
+// also reaches the processes that libFuzzer starts for -fork, -merge and -minimize_crash.
 
 namespace {
 

@@ -34,18 +34,19 @@ creased::StoreOptions store_options(const test::TemporaryFolder& folder) {
 
 creased::GuardedServer::Options server_options() {
   creased::GuardedServer::Options options;
-  options.stream.write_timeout = milliseconds(1);  // the client reads when all is over: what does not fit is cut off
+  options.stream.write_timeout =
+      milliseconds(1);  // the client reads only at the end, so answers that do not fit the socket's buffer are cut off
   return options;
 }
 
-/// An inspector without a program to run: it refuses every upload as soon as it is whole.
+/// An inspector without a program, which refuses every complete upload.
 creased::Inspector::Options no_inspector() {
   creased::Inspector::Options options;
   options.executable = "/nonexistent";
   return options;
 }
 
-/// Open to all, for uploads of little.
+/// A service without keys that accepts small uploads.
 creased::Gatekeeper::Options open_gate() {
   creased::Gatekeeper::Options options;
   options.open.max_upload_mb = 1;
@@ -71,7 +72,7 @@ class Service {
               .max_retention_hours = 720}),
         server_(server_options(), hooks()) {
     api_.attach(server_);
-    server_.bind("127.0.0.1", 0);  // nobody comes there, but the library takes a server without a socket as stopped
+    server_.bind("127.0.0.1", 0);  // never used, but the library considers a server without a socket stopped
   }
 
   Conversation converse(std::string_view bytes) {
@@ -152,7 +153,7 @@ class Service {
   Conversation conversation_;
 };
 
-/// Lives as long as the process; its log goes nowhere, but is made.
+/// The service, which exists until the process ends. Its log is formatted and then discarded.
 Service& service() {
   static Service service = [] {
     spdlog::set_default_logger(spdlog::null_logger_mt("fuzz"));

@@ -27,7 +27,7 @@ bool is_same(const creased::RequestHead& a, const creased::RequestHead& b) {
          a.expects_continue == b.expects_continue;
 }
 
-/// What a form turned out to be: its parts with their contents, or the code of its refusal.
+/// The result of parsing a form: its parts with their contents, or an error code.
 struct Form {
   std::vector<std::pair<creased::MultipartReader::Part, std::string>> parts;
   std::string refusal;
@@ -70,7 +70,7 @@ std::vector<std::string> server_requests(const Conversation& conversation) {
   return requests;
 }
 
-/// Whether what was served is what was sent: of a target, the path is left without host and fragment.
+/// Whether a served request is the one that was sent. Only the path remains of a target, without host and fragment.
 bool is_one(const std::string& served, const std::string& sent) {
   const std::size_t target = sent.find(' ') + 1;
   const std::string whole = sent.substr(0, sent.find('#', target));
@@ -88,7 +88,8 @@ void fuzz_http_head(std::string_view bytes) {
   creased::RequestHead head;
   if (refused([&] { head = creased::parse_head(bytes, {}); })) return;
   require(head.count("Content-Length") + head.count("Transfer-Encoding") <= 1, "the length of the body is told once");
-  require(is_same(head, creased::parse_head(written(head), {1U << 20U, 1U << 20U})), "a head written is read again");
+  require(is_same(head, creased::parse_head(written(head), {1U << 20U, 1U << 20U})),
+          "a head that was written reads back equal");
 }
 
 void fuzz_multipart(std::string_view bytes) {

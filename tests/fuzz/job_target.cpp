@@ -13,7 +13,7 @@ namespace {
 
 constexpr DecodeLimits kLimits{100, 200};
 
-/// Parameters of little work: the fuzzer is after numbers, not after patience.
+/// Parameters that cause little work, so that each input runs fast.
 v1::Parameters of_little_work(v1::Parameters parameters) {
   parameters.set_sweeps(std::min(parameters.sweeps(), 4U));
   parameters.set_rounds(std::min(parameters.rounds(), 2U));

@@ -6,7 +6,7 @@
 
 namespace crease::fuzz {
 
-/// The first line of `rest`, which then starts behind it.
+/// Removes the first line from `rest` and returns it.
 inline std::string_view take_line(std::string_view& rest) {
   const std::size_t end = std::min(rest.find('\n'), rest.size());
   const std::string_view line = rest.substr(0, end);
@@ -14,7 +14,7 @@ inline std::string_view take_line(std::string_view& rest) {
   return line;
 }
 
-/// The first line of `rest` as "name=value".
+/// Removes the first line "name=value" from `rest` and returns name and value.
 inline std::pair<std::string_view, std::string_view> take_pair(std::string_view& rest) {
   const std::string_view line = take_line(rest);
   const std::size_t equals = std::min(line.find('='), line.size());

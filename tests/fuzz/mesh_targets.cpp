@@ -33,7 +33,7 @@ void require_checked(const CheckedInput& input) {
   }
 }
 
-/// The mesh with labels that depend on nothing but the numbers of the edges, and all that follows from them.
+/// The mesh with labels that depend only on the numbers of the edges, and with the features that follow from them.
 LabelledMesh labelled(const CheckedInput& input) {
   LabelledMesh result;
   result.mesh = input.mesh;
@@ -59,7 +59,7 @@ Mesh in_single_precision(Mesh mesh) {
   return mesh;
 }
 
-/// Of the vertices that the format writes: STL knows none but the corners of faces.
+/// Whether the vertices that the format writes fit into single precision. STL writes only the corners of faces.
 bool fits_single_precision(const Mesh& mesh, MeshFormat format) {
   const auto fits = [&](const Vec3& p) { return p.cast<float>().allFinite(); };
   if (format != MeshFormat::kStl) return std::ranges::all_of(mesh.positions, fits);
@@ -77,7 +77,7 @@ void require_same(const Mesh& mesh, const Mesh& again, MeshFormat format) {
   require(mesh.triangles == again.triangles, std::string(format_name(format)) + " keeps the faces");
 }
 
-/// STL has no vertices of its own: the corners of every face must be where they were.
+/// Compares the corners of all faces, since STL has no shared vertices.
 void require_same_corners(const Mesh& mesh, const Mesh& again) {
   require(mesh.triangles.size() == again.triangles.size(), "stl keeps the faces");
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
@@ -87,7 +87,7 @@ void require_same_corners(const Mesh& mesh, const Mesh& again) {
   }
 }
 
-/// Writes the mesh in `format` and reads it again.
+/// Writes the mesh in `format` and reads it back.
 void require_round_trip(const LabelledMesh& result, MeshFormat format) {
   const bool is_single = format == MeshFormat::kStl || format == MeshFormat::kGltf || format == MeshFormat::kGlb;
   if (is_single && !fits_single_precision(result.mesh, format)) {
@@ -114,7 +114,7 @@ void run(std::string_view bytes, MeshFormat format) {
   if (refused([&] { input = check_input(bytes, format, kLimits); })) return;
   require_checked(input);
   const LabelledMesh result = labelled(input);
-  // One way out for each input, so that the fuzzer sees more of them.
+  // One output format per input, so that the fuzzer tries more inputs.
   constexpr std::array kWritten = {MeshFormat::kObj, MeshFormat::kOff,  MeshFormat::kPly, MeshFormat::kStl,
                                    MeshFormat::kGlb, MeshFormat::kGltf, MeshFormat::kJson};
   const MeshFormat written = kWritten[std::hash<std::string_view>{}(bytes) % kWritten.size()];
@@ -137,7 +137,8 @@ void fuzz_weights(std::string_view bytes) {
   if (refused([&] { weights = read_weights(bytes.substr(1), vertices); })) return;
   require(weights.size() == vertices, "one weight per vertex");
   require(std::ranges::all_of(weights, is_weight), "weights are in range");
-  require(read_weights(nlohmann::json(weights).dump(), vertices) == weights, "weights written are read again");
+  require(read_weights(nlohmann::json(weights).dump(), vertices) == weights,
+          "weights that were written read back equal");
 }
 
 }  // namespace crease::fuzz

@@ -20,14 +20,15 @@ namespace {
 
 using google::protobuf::util::MessageDifferencer;
 
-/// What has been taken says the same in every form, and becomes options unless it contradicts itself.
+/// Checks that accepted parameters are the same in every form and give options, unless they contradict each other.
 void require_usable(const v1::Parameters& parameters) {
   validate(parameters);
-  require(MessageDifferencer::Equals(parameters_from_json(to_json(parameters)), parameters), "JSON says the same");
+  require(MessageDifferencer::Equals(parameters_from_json(to_json(parameters)), parameters),
+          "JSON keeps the parameters");
   v1::Parameters resolved;
   if (refused([&] { resolved = resolve(parameters); })) return;
   validate(resolved);
-  require(MessageDifferencer::Equals(resolve(resolved), resolved), "what is resolved stays as it is");
+  require(MessageDifferencer::Equals(resolve(resolved), resolved), "resolved parameters resolve to themselves");
   to_options(resolved);
 }
 
@@ -36,7 +37,7 @@ std::string read_file(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// A message in files, as an upload leaves them.
+/// A message in a file, and the files that it is split into.
 struct SplitMessage {
   explicit SplitMessage(std::string_view bytes) {
     std::ofstream(folder().path() / "message", std::ios::binary) << bytes;
@@ -58,7 +59,7 @@ struct SplitMessage {
 void require_as_protobuf_reads(const SplitMessage& split, std::string_view bytes) {
   v1::SubmitJobRequest message;
   if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    return;  // protobuf wants UTF-8 in its strings, where names of files are made so later
+    return;  // strings in protobuf must be UTF-8; file names are cleaned later
   }
   require(message.name() == split.fields.name && message.format() == split.fields.format, "the texts are the same");
   require(MessageDifferencer::Equals(message.parameters(), split.fields.parameters), "the parameters are the same");

@@ -6,18 +6,18 @@
 #include "core/error.h"
 #include "core/mesh/mesh.h"
 
-/// Properties that more than one target asks for; each \throw Violation.
+// Properties that several targets check. All throw Violation.
 namespace crease::fuzz {
 
-/// A refusal says what it is in UTF-8, with a code that the table of errors has and no fault of ours.
+/// An error must have valid UTF-8 and a code in the table of errors that is not a server error.
 void require_proper(const Error& error);
 
-/// Finite coordinates, indices in range, at least one face.
+/// A mesh must have finite coordinates, indices in range and at least one face.
 void require_sound(const Mesh& mesh);
 
 void require_utf8(std::string_view text, std::string_view what);
 
-/// Runs `work` and returns whether it refused; a refusal must be proper.
+/// Runs `work` and returns whether it refused its input. Checks the error, if any.
 template <typename Work>
 bool refused(const Work& work) {
   try {

@@ -30,7 +30,7 @@ std::string_view without_blanks(std::string_view text) {
   return text;
 }
 
-/// Up to CRLF, which goes too; nullopt when there is none, or a control character before it.
+/// Takes a line and its CRLF; nullopt when there is no CRLF or a control character before it.
 std::optional<std::string_view> take_line(std::string_view& rest) {
   const auto end = rest.find("\r\n");
   if (end == kNone) return std::nullopt;
@@ -74,7 +74,7 @@ bool take_chunks(std::string_view& rest, std::string* taken = nullptr) {
   return false;
 }
 
-/// False: nothing after it can be a request.
+/// Returns false when no request can follow.
 bool take_request_body(std::string_view& rest, const Fields& fields) {
   const auto length = fields.find("content-length"), encoding = fields.find("transfer-encoding");
   if (encoding != fields.end()) return lower(encoding->second) == "chunked" && take_chunks(rest);
@@ -96,13 +96,13 @@ bool is_plain_number(const Fields& fields) {
 
 bool is_bodiless(int status) { return status == 204 || status == 304; }
 
-/// False: it is cut off.
+/// Returns false when the answer is cut off.
 bool take_answer_body(std::string_view& rest, const Fields& fields, std::string& body) {
   if (const auto length = fields.find("content-length"); length != fields.end()) {
     return take_bytes(rest, length->second, 10, &body);
   }
   if (fields.contains("transfer-encoding")) return take_chunks(rest, &body);
-  body = rest;  // up to the end of the connection
+  body = rest;  // the body lasts until the end of the connection
   rest = {};
   return true;
 }

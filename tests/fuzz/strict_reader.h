@@ -4,10 +4,10 @@
 #include <string_view>
 #include <vector>
 
-/// Readers of both sides of a connection that share no code with the server and forgive nothing [RFC 9112].
+// Strict readers for both sides of a connection [RFC 9112]. They share no code with the server.
 namespace crease::fuzz {
 
-/// "METHOD target" of every request that starts in `bytes`, up to the first fault: the most that a server may see.
+/// "METHOD target" of every request in `bytes`, up to the first fault. A server may see no others.
 std::vector<std::string> strict_requests(std::string_view bytes);
 
 struct Answer {
@@ -16,8 +16,9 @@ struct Answer {
   std::string body;
 };
 
-/// The answers in `bytes`, interim ones left out. `to_head` tells of each in turn whether it answers a HEAD and so has
-/// no body; the last may be cut off. \throw Violation for what is no HTTP
+/// The answers in `bytes`, without interim ones. `to_head` says for each whether it answers a HEAD request and so has
+/// no body. The last may be cut off.
+/// \throw Violation for bytes that are not HTTP
 std::vector<Answer> strict_answers(std::string_view bytes, const std::vector<bool>& to_head);
 
 }  // namespace crease::fuzz

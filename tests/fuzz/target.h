@@ -7,7 +7,7 @@
 
 namespace crease::fuzz {
 
-/// A property that the code under test has broken.
+/// Thrown when the code under test breaks a property.
 class Violation : public std::logic_error {
  public:
   using std::logic_error::logic_error;
@@ -17,16 +17,16 @@ inline void require(bool holds, std::string_view property) {
   if (!holds) throw Violation(std::string(property));
 }
 
-/// What one fuzzer does with its bytes. libFuzzer and the unit test that replays the corpora run the same.
+/// A fuzzer: what to do with the bytes. libFuzzer runs it, and so does the unit test that replays the corpora.
 struct Target {
-  std::string_view name;  ///< of its folders under corpus/ and regressions/, too
-  /// \throw Violation; whatever else escapes is a fault as well
+  std::string_view name;  ///< also the name of its folders under corpus/ and regressions/
+  /// \throw Violation; any other exception is a fault, too
   void (*run)(std::string_view bytes);
 };
 
 std::span<const Target> targets();
 
-/// Null: there is none of that name.
+/// Returns null when there is no target with this name.
 const Target* find_target(std::string_view name);
 
 }  // namespace crease::fuzz

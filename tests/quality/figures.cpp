@@ -1,4 +1,4 @@
-// Figures 3 to 6 of the paper, made anew: pictures and numbers. `tests/quality/figures.sh` builds and runs this.
+// Reproduces Figures 3 to 6 of the paper as pictures and numbers. `tests/quality/figures.sh` builds and runs this.
 
 #include <fmt/format.h>
 
@@ -21,7 +21,7 @@ namespace {
 constexpr int kSize = 520;
 constexpr Color kRidgeColor{0.85F, 0.1F, 0.1F}, kNormalColor{0.1F, 0.25F, 0.8F};
 constexpr double kDegrees = 180 / 3.14159265358979;
-/// Dihedral angles in degrees of the original's subtle ridges: enough to be seen, too little for most methods to keep.
+/// Dihedral angles in degrees of the original's subtle ridges. They are visible, but most methods do not keep them.
 constexpr double kSubtleFrom = 14, kSubtleTo = 30;
 
 struct Result {
@@ -29,7 +29,7 @@ struct Result {
   std::vector<double> labels;  ///< per edge; empty for none
 };
 
-/// One model with its noise, and the directory that a figure goes to.
+/// A model, its noise, and the directory for the figure.
 class Figure {
  public:
   Figure(int number, Mesh original, Mesh noisy, View view, std::filesystem::path directory)
@@ -99,7 +99,7 @@ class Figure {
     }
     return all > 0 ? labelled / all : 0;
   }
-  /// Mean over the edges that are subtle ridges of the original: smoothed away, it is near zero.
+  /// Mean dihedral angle over the subtle ridges of the original; near zero when they are smoothed away.
   double subtle_angle(const Mesh& mesh) const {
     const std::vector<double> now = signed_dihedral_angles(mesh, topology_, mesh.positions);
     double count = 0, sum = 0;
@@ -129,7 +129,7 @@ Figure fandisk(int number, const std::filesystem::path& directory) {
   return {number, original, add_noise(original, 0.2, 1, NoiseKind::kNormal), {-20, 35, {}}, directory};
 }
 
-/// 1 where an edge of the mesh is sharper than the threshold of the options: what the angle alone says.
+/// Labels by the angle alone: 1 for edges that are sharper than the threshold of the options.
 std::vector<double> sharp_edges(const Mesh& mesh, const Topology& topology, double threshold) {
   std::vector<double> labels = signed_dihedral_angles(mesh, topology, mesh.positions);
   for (double& label : labels) label = std::abs(label) > threshold ? 1 : 0;
@@ -219,7 +219,7 @@ void figure6(const std::filesystem::path& directory) {
                "Gaussian noise of 0.2 edge lengths in all directions. Normals are blue, labelled edges red.");
 }
 
-/// The page is the sections that are there.
+/// Writes the page from the sections that exist.
 void write_page(const std::filesystem::path& directory) {
   std::ofstream page(directory / "README.md");
   page << "# The paper's figures\n\nMade by `tests/quality/figures.sh [3] [4] [5] [6]`.\n\n";

@@ -15,7 +15,7 @@ Mesh load(const std::filesystem::path& path) {
   return decode_mesh(test::read_file(path), format_from_filename(path.string())).mesh;
 }
 
-/// A noisy mesh and its original. Skips the test where the development models are not at hand.
+/// A noisy mesh and its original. Skips the test when the development models are not available.
 struct Pair {
   Mesh noisy, original;
 };
@@ -26,7 +26,7 @@ std::optional<Pair> development_pair(const std::string& model) {
   return Pair{load(*noisy), load(*original)};
 }
 
-/// libcgal-demo's fandisk with noise of our own making.
+/// The fandisk of libcgal-demo with added noise.
 std::optional<Pair> fandisk_pair(double sigma, NoiseKind kind) {
   const auto path = test::cgal_mesh("fandisk.off");
   if (!path) return std::nullopt;

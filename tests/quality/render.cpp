@@ -16,7 +16,7 @@ constexpr int kSamples = 3;  // per pixel and axis
 constexpr double kLineWidth = 2.2;
 constexpr double kMargin = 0.04;
 
-/// From mesh to picture: x and y in samples, z towards the eye in the same unit.
+/// Projects from the mesh to the picture: x and y in samples, z towards the viewer in the same unit.
 class Camera {
  public:
   Camera(const View& view, int samples) {
@@ -68,7 +68,7 @@ class Canvas {
           });
   }
 
-  /// A line a little in front of where it is.
+  /// Draws a line slightly in front of its position.
   void stroke(const Vec3& from, const Vec3& to, double width, double lift, const Color& color) {
     const Eigen::Vector2d along(to.x() - from.x(), to.y() - from.y());
     const double square = along.squaredNorm();

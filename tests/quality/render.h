@@ -10,22 +10,22 @@ namespace crease::quality {
 
 using Color = std::array<float, 3>;  // red, green, blue in [0, 1]
 
-/// A line over the surface, in the coordinates of the mesh.
+/// A line on the surface, in the coordinates of the mesh.
 struct Line {
   Vec3 from, to;
   Color color{};
 };
 
-/// Where a picture is taken from: the mesh is turned by these angles in degrees about x and then about y, and seen from
-/// the front without perspective, filling the frame. `box` is what fills it, so that several meshes can be compared.
+/// The view of a picture. The mesh is turned by these angles in degrees about x and then about y, and seen from the
+/// front without perspective. `box` fills the frame, so that pictures of several meshes can be compared.
 struct View {
   double turn_x = 0, turn_y = 0;
   std::vector<Vec3> box;
 };
 
-/// A picture of a mesh, every face in one shade of grey by its normal, with lines drawn over it where they are not
-/// hidden. Writes a PNG of `size` pixels square.
-/// \throw std::runtime_error where the file cannot be written
+/// Draws a mesh, with each face in a shade of grey that depends on its normal and with the visible parts of the lines.
+/// Writes a PNG of `size` × `size` pixels.
+/// \throw std::runtime_error when the file cannot be written
 void render(const Mesh& mesh, const std::vector<Line>& lines, const View& view, int size,
             const std::filesystem::path& png);
 

@@ -20,7 +20,7 @@ using testing::HasSubstr;
 
 Address address(const std::string& text) { return Address::parse(text).value(); }
 
-TEST(AddressTest, BothSpellingsOfAnIpv4AddressAreOne) {
+TEST(AddressTest, BothSpellingsOfAnIpv4AddressAreEqual) {
   EXPECT_EQ(address("192.0.2.1"), address("::ffff:192.0.2.1"));
   EXPECT_EQ(address("::ffff:192.0.2.1").text(), "192.0.2.1");
   for (const std::string none : {"", "localhost", "1.2.3", "1.2.3.4:80", "1.2.3.4/8", " 1.2.3.4", "::g"}) {
@@ -28,7 +28,7 @@ TEST(AddressTest, BothSpellingsOfAnIpv4AddressAreOne) {
   }
 }
 
-TEST(AddressTest, KnowsLoopback) {
+TEST(AddressTest, RecognisesLoopback) {
   for (const std::string text : {"127.0.0.1", "127.9.9.9", "::1", "::ffff:127.0.0.1"}) {
     EXPECT_TRUE(address(text).is_loopback()) << text;
   }
@@ -37,13 +37,13 @@ TEST(AddressTest, KnowsLoopback) {
   }
 }
 
-TEST(AddressTest, SubscribersOfIpv6HoldNetworks) {
+TEST(AddressTest, AnIpv6SubscriberIsANetwork) {
   EXPECT_EQ(address("2001:db8:1:2:3::4").subscriber(), address("2001:db8:1:2:ffff::").subscriber());
   EXPECT_NE(address("2001:db8:1:2::4").subscriber(), address("2001:db8:1:3::4").subscriber());
   EXPECT_NE(address("192.0.2.1").subscriber(), address("192.0.2.2").subscriber());
 }
 
-TEST(AddressListTest, HasAddressesAndBlocks) {
+TEST(AddressListTest, MatchesAddressesAndBlocks) {
   const AddressList list({"192.0.2.1", "10.0.0.0/8", "172.16.0.0/12", "2001:db8::/33"});
   for (const std::string text : {"192.0.2.1", "::ffff:192.0.2.1", "10.255.0.1", "172.31.0.1", "2001:db8:7fff::"}) {
     EXPECT_TRUE(list.contains(address(text))) << text;
@@ -57,14 +57,14 @@ TEST(AddressListTest, HasAddressesAndBlocks) {
   }
 }
 
-TEST(ClientOf, IsBelievedOfTrustedProxiesAlone) {
+TEST(ClientOf, IsTakenFromTrustedProxiesOnly) {
   const AddressList trusted({"10.0.0.0/8"});
   const auto client = [&](const std::string& peer, const std::string& forwarded) {
     return client_of(address(peer), forwarded, trusted).text();
   };
-  EXPECT_EQ(client("192.0.2.9", "203.0.113.1"), "192.0.2.9") << "anybody can send the header";
+  EXPECT_EQ(client("192.0.2.9", "203.0.113.1"), "192.0.2.9") << "anyone can send the header";
   EXPECT_EQ(client("10.0.0.1", "203.0.113.1"), "203.0.113.1");
-  EXPECT_EQ(client("10.0.0.1", "6.6.6.6, 203.0.113.1"), "203.0.113.1") << "the client can put anything before";
+  EXPECT_EQ(client("10.0.0.1", "6.6.6.6, 203.0.113.1"), "203.0.113.1") << "the client can send a header of its own";
   EXPECT_EQ(client("10.0.0.1", "6.6.6.6, 203.0.113.1, 10.0.0.2"), "203.0.113.1");
   EXPECT_EQ(client("10.0.0.1", "10.0.0.3 ,\t10.0.0.2"), "10.0.0.3");
   EXPECT_EQ(client("10.0.0.1", "203.0.113.1, unknown"), "10.0.0.1");
@@ -80,36 +80,36 @@ class RateLimiterTest : public testing::Test {
         .count();
   }
   RateLimiter limiter_{3};
-  const Rate rate_{2, 3};  // two a second, three at once
+  const Rate rate_{2, 3};  // two per second, bursts of three
   const RateLimiter::Clock::time_point start_ = RateLimiter::Clock::now();
 };
 
 TEST_F(RateLimiterTest, AllowsTheBurstAndThenTheRate) {
   for (int i = 0; i < 3; ++i) EXPECT_EQ(wait("a", 0), 0);
   EXPECT_NEAR(wait("a", 0), 0.5, 1e-6);
-  EXPECT_NEAR(wait("a", 0.25), 0.25, 1e-6) << "what was refused costs nothing";
+  EXPECT_NEAR(wait("a", 0.25), 0.25, 1e-6) << "a refused call costs nothing";
   EXPECT_EQ(wait("a", 0.5), 0);
   EXPECT_GT(wait("a", 0.5), 0);
   for (int i = 0; i < 3; ++i) EXPECT_EQ(wait("a", 100), 0);
-  EXPECT_GT(wait("a", 100), 0) << "what is not used is kept up to the burst";
+  EXPECT_GT(wait("a", 100), 0) << "unused calls add up to one burst at most";
 }
 
-TEST_F(RateLimiterTest, CountsEveryoneByThemselves) {
+TEST_F(RateLimiterTest, CountsEachCallerSeparately) {
   for (int i = 0; i < 4; ++i) wait("a", 0);
   EXPECT_GT(wait("a", 0), 0);
   EXPECT_EQ(wait("b", 0), 0);
 }
 
-TEST_F(RateLimiterTest, KeepsTheBucketsThatWereUsedLast) {
+TEST_F(RateLimiterTest, KeepsTheMostRecentlyUsedBuckets) {
   for (int i = 0; i < 4; ++i) wait("a", 0);
   for (int i = 0; i < 1'000; ++i) {
     wait("passer-by " + std::to_string(i), 0);
-    EXPECT_GT(wait("a", 0), 0) << "a bucket in use went";
+    EXPECT_GT(wait("a", 0), 0) << "a bucket in use was dropped";
     EXPECT_LE(limiter_.buckets(), 3U);
   }
 }
 
-TEST_F(RateLimiterTest, WithoutARateHasNoBucket) {
+TEST_F(RateLimiterTest, KeepsNoBucketWithoutARate) {
   for (int i = 0; i < 100; ++i) EXPECT_EQ(limiter_.take("a", Rate{}).count(), 0);
   EXPECT_EQ(limiter_.buckets(), 0U);
 }
@@ -142,7 +142,7 @@ class KeyFile : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(KeyFile, OpensWithTheKeyAndNothingElse) {
+TEST_F(KeyFile, AcceptsTheKeyAndNothingElse) {
   const NewKey alice = make_key("alice"), bob = make_key("bob");
   write(ordered_json{{"keys", {alice.entry, bob.entry}}}.dump());
   const KeyRing ring = read();
@@ -160,14 +160,14 @@ TEST_F(KeyFile, OpensWithTheKeyAndNothingElse) {
   }
 }
 
-TEST_F(KeyFile, KeepsNoKeyButItsHash) {
+TEST_F(KeyFile, StoresOnlyTheHashOfAKey) {
   const NewKey key = make_key("alice");
   EXPECT_EQ(key.text.size(), 4U + 16 + 1 + 64) << "256 bits of secret";
   EXPECT_EQ(key.entry.dump().find(key.text.substr(key.text.rfind('_') + 1)), std::string::npos);
   EXPECT_NE(make_key("alice").text, key.text);
 }
 
-TEST_F(KeyFile, TakesLimitsOfTheEntryBeforeTheDefaults) {
+TEST_F(KeyFile, PrefersLimitsOfTheEntryToTheDefaults) {
   const NewKey plain = make_key("plain");
   NewKey own = make_key("own");
   own.entry.update(ordered_json{{"max_queued", 1},
@@ -196,7 +196,7 @@ TEST_F(KeyFile, TakesLimitsOfTheEntryBeforeTheDefaults) {
   EXPECT_TRUE(of_own->metrics);
 }
 
-TEST_F(KeyFile, SaysWhatIsWrongInWhichEntry) {
+TEST_F(KeyFile, NamesTheFaultAndItsEntry) {
   EXPECT_THAT(fault(), HasSubstr("does not exist"));
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "not JSON"},
@@ -227,7 +227,7 @@ TEST_F(KeyFile, SaysWhatIsWrongInWhichEntry) {
   EXPECT_THAT(fault(), HasSubstr("keys[1]"));
 }
 
-TEST_F(KeyFile, IsRefusedWhereOthersCanWriteIt) {
+TEST_F(KeyFile, IsRefusedWhenOthersCanWriteIt) {
   write(R"({"keys": []})");
   EXPECT_EQ(fault(), "none");
   EXPECT_FALSE(readable_by_others(file()));
@@ -240,7 +240,7 @@ TEST_F(KeyFile, IsRefusedWhereOthersCanWriteIt) {
   }
 }
 
-TEST_F(KeyFile, GrowsByEntries) {
+TEST_F(KeyFile, TakesNewEntries) {
   const NewKey first = make_key("first"), second = make_key("second");
   add_key(file(), first.entry);
   add_key(file(), second.entry);
@@ -248,10 +248,10 @@ TEST_F(KeyFile, GrowsByEntries) {
   EXPECT_NE(read().find(second.text), nullptr);
   EXPECT_FALSE(readable_by_others(file()));
   write("nonsense");
-  EXPECT_THROW(add_key(file(), first.entry), KeyFileError) << "what it does not understand stays as it is";
+  EXPECT_THROW(add_key(file(), first.entry), KeyFileError) << "a file that cannot be parsed is left unchanged";
 }
 
-TEST(WithoutSecrets, LeavesTheIdAndNothingThatOpens) {
+TEST(WithoutSecrets, KeepsTheIdAndRemovesTheSecret) {
   const NewKey key = make_key("alice");
   const std::string secret = key.text.substr(key.text.rfind('_') + 1);
   const std::string line = without_secrets("/v1/jobs?key=" + key.text + "&again=" + key.text);

@@ -63,7 +63,7 @@ SmoothResult run(const Mesh& mesh, const SmoothOptions& options, RunContext& con
   return smooth(mesh, build_topology(mesh), options, context);
 }
 
-/// Runs to the end of `last` sweeps at most, from `checkpoint`, and leaves there a checkpoint of the end.
+/// Runs up to sweep `last` from `checkpoint`, and replaces it by the checkpoint at the end.
 SmoothResult run_until(std::uint32_t last, const SmoothOptions& options, std::string& checkpoint,
                        const Mesh& mesh = noisy_cube()) {
   const std::string from = checkpoint;
@@ -92,7 +92,7 @@ void expect_same(const SmoothResult& a, const SmoothResult& b) {
   EXPECT_TRUE(std::ranges::equal(a.sweeps, b.sweeps, same_record));
 }
 
-TEST(Checkpoint, ARunThatGoesOnFromAnySweepEndsWithTheSameBits) {
+TEST(Checkpoint, ARunResumedAtAnySweepEndsWithTheSameBits) {
   for (const auto& [name, options] : variants()) {
     SCOPED_TRACE(name);
     RunContext undisturbed;
@@ -108,13 +108,13 @@ TEST(Checkpoint, ARunThatGoesOnFromAnySweepEndsWithTheSameBits) {
       other_threads.threads = 3;
       const SmoothResult resumed = run(noisy_cube(), other_threads, again);
       EXPECT_FALSE(resumed.cancelled);
-      EXPECT_GE(resumed.seconds, first.seconds / 2) << "the time before counts, too";
+      EXPECT_GE(resumed.seconds, first.seconds / 2) << "time before the checkpoint counts, too";
       expect_same(resumed, expected);
     }
   }
 }
 
-TEST(Checkpoint, ARunMayBeCutShortManyTimes) {
+TEST(Checkpoint, ARunMayBeInterruptedManyTimes) {
   for (const auto& [name, options] : variants()) {
     SCOPED_TRACE(name);
     RunContext undisturbed;
@@ -126,7 +126,7 @@ TEST(Checkpoint, ARunMayBeCutShortManyTimes) {
   }
 }
 
-TEST(Checkpoint, SweepsThatAreDoneAreNotDoneAgain) {
+TEST(Checkpoint, CompletedSweepsAreNotRepeated) {
   std::string checkpoint;
   run_until(10, options_of(Process::kBoth, Solver::kMetropolis), checkpoint);
   RunContext again;
@@ -141,7 +141,7 @@ TEST(Checkpoint, SweepsThatAreDoneAreNotDoneAgain) {
   EXPECT_EQ(sweeps.front(), 11U);
 }
 
-TEST(Checkpoint, OneOfAnotherRunIsRefused) {
+TEST(Checkpoint, ACheckpointOfAnotherRunIsRefused) {
   const SmoothOptions options = options_of(Process::kBoth, Solver::kMetropolis);
   std::string checkpoint;
   run_until(20, options, checkpoint);
@@ -160,7 +160,7 @@ TEST(Checkpoint, OneOfAnotherRunIsRefused) {
   refused(noisy_cube(), options, checkpoint + "x");
 }
 
-TEST(Checkpoint, ADamagedOneIsRefusedOrEndsLikeARun) {
+TEST(Checkpoint, ADamagedCheckpointIsRefusedOrCompletesARun) {
   const SmoothOptions options = options_of(Process::kBoth, Solver::kMetropolis);
   std::string checkpoint;
   run_until(kSweeps - 1, options, checkpoint);

@@ -60,7 +60,7 @@ Surface shaken_surface(const Mesh& mesh, const Topology& topology) {
   return surface;
 }
 
-/// A grid with vertices anywhere in their cells, on the plane through the origin across (1, 2, 2).
+/// A grid with randomly placed vertices in the plane through the origin with normal (1, 2, 2).
 Mesh tilted_plane() {
   Mesh mesh = test::grid(9, 8);
   std::mt19937 random(3);
@@ -70,7 +70,8 @@ Mesh tilted_plane() {
   return mesh;
 }
 
-/// Three noisy grids bound along the y axis, the i-th turned by the i-th angle: an edge of the spine has three faces.
+/// Three noisy grids that share the y axis like pages of a book, the i-th turned by the i-th angle. Each edge of the
+/// spine has three faces.
 Mesh book(const std::array<double, 3>& angles) {
   constexpr double kOnSpine = 1e-9;
   const Mesh page = test::grid(6, 6);
@@ -94,7 +95,7 @@ Mesh book(const std::array<double, 3>& angles) {
   return mesh;
 }
 
-TEST(Classical, LeavesAPlaneAPlane) {
+TEST(Classical, KeepsAPlane) {
   const Mesh plane = tilted_plane();
   for (const ClassicalMethod method : kAll) {
     for (const Vec3& position : denoised(plane, method).positions) {
@@ -103,7 +104,7 @@ TEST(Classical, LeavesAPlaneAPlane) {
   }
 }
 
-TEST(Classical, MovesTurnsAndScalesWithTheInput) {
+TEST(Classical, CommutesWithMovingTurningAndScaling) {
   const Mesh mesh = noisy_sphere();
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.8, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   const auto transform = [&](std::vector<Vec3> positions) {
@@ -112,7 +113,7 @@ TEST(Classical, MovesTurnsAndScalesWithTheInput) {
   };
   for (const ClassicalMethod method : kAll) {
     ClassicalOptions options;
-    if (method == kDiebel) options.iterations = 20;  // its line search may decide otherwise on a last bit
+    if (method == kDiebel) options.iterations = 20;  // later, rounding may change a decision of its line search
     const Mesh moved{transform(mesh.positions), mesh.triangles};
     EXPECT_LT(largest_distance(denoised(moved, method, options).positions,
                                transform(denoised(mesh, method, options).positions)),
@@ -168,7 +169,7 @@ TEST(Classical, SmoothsNothingAcrossNonManifoldEdges) {
   }
 }
 
-TEST(Classical, LeavesMeshesWithoutExtentAndBearsExtremeScales) {
+TEST(Classical, KeepsMeshesWithoutExtentAndHandlesExtremeScales) {
   Mesh point = test::icosphere(1);
   for (Vec3& position : point.positions) position = Vec3(1, 2, 3);
   for (const ClassicalMethod method : kAll) {
@@ -210,7 +211,7 @@ TEST(Classical, StopsWhenTheCallbackSaysSo) {
   }
 }
 
-TEST(Classical, ReadsTheOptionsThatHaveADefaultAndNoOther) {
+TEST(Classical, ReadsOnlyTheOptionsThatHaveADefault) {
   const Mesh mesh = noisy_sphere();
   for (const ClassicalMethod method : kAll) {
     const ClassicalOptions defaults = default_options(method);
@@ -230,7 +231,7 @@ TEST(Classical, ReadsTheOptionsThatHaveADefaultAndNoOther) {
   }
 }
 
-TEST(FuzzyVectorMedian, IsNotSwayedByOutliers) {
+TEST(FuzzyVectorMedian, IgnoresOutliers) {
   const Vec3 outlier = Vec3(1, 1, 0).normalized();
   std::vector<Vec3> normals(3, outlier);
   for (int i = 0; i < 10; ++i) normals.push_back(Vec3(0.05 * std::cos(i), 0.05 * std::sin(i), 1).normalized());
@@ -251,7 +252,7 @@ TEST(MeanCurvatureFlow, ShrinksASphereAtTheAnalyticRate) {
   const Mesh sphere = test::icosphere(4);
   const double edge = mean_edge_length(sphere.positions, build_topology(sphere).edges);
   const ClassicalOptions options{.iterations = 10, .step = 1};
-  double radius = 1;  // dr/dt = −2/r, by implicit steps over the geometry before each
+  double radius = 1;  // dr/dt = −2/r, in implicit steps
   for (std::uint32_t i = 0; i < options.iterations; ++i)
     radius /= 1 + 2 * options.step * edge * edge / (radius * radius);
   const double shrunk = 1 - mean_radius(denoised(sphere, kMeanCurvatureFlow, options));

@@ -34,7 +34,7 @@ TEST(EventParser, FindsTheSameEventsWhereverTheStreamIsCut) {
   }
 }
 
-TEST(ExitCode, EveryErrorOfTheTableEndsAsItsKindDoes) {
+TEST(ExitCode, EveryErrorHasTheExitCodeOfItsKind) {
   for (const ErrorKind& kind : error_table()) {
     const ExitCode exit_code = exit_code_of(kind.code, kind.status);
     EXPECT_NE(exit_code, ExitCode::kOk) << kind.code;
@@ -53,13 +53,13 @@ TEST(ExitCode, EveryErrorOfTheTableEndsAsItsKindDoes) {
   EXPECT_EQ(exit_code_of("internal", 500), ExitCode::kInternal);
 }
 
-TEST(ExitCode, HelpNamesAll) {
+TEST(ExitCode, HelpListsAll) {
   for (int i = 0; i <= static_cast<int>(ExitCode::kFile); ++i) {
     EXPECT_THAT(exit_code_help(), HasSubstr("\n  " + std::to_string(i) + "  "));
   }
 }
 
-TEST(ProgressText, SaysOnlyWhatIsKnown) {
+TEST(ProgressText, ShowsOnlyWhatIsKnown) {
   v1::Progress progress;
   progress.set_stage("queued");
   EXPECT_EQ(progress_text(progress), "queued   0 %");

@@ -38,7 +38,7 @@ TEST(Sha256, AgreesWithThePublishedExamples) {
   EXPECT_EQ(sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
-TEST(LabelledMeshMessage, BringsEveryMeshBackBitForBit) {
+TEST(LabelledMeshMessage, PreservesEveryMeshBitForBit) {
   for (const auto& [name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
     const LabelledMesh before = labelled(mesh);
     v1::LabelledMesh parsed;
@@ -52,7 +52,7 @@ TEST(LabelledMeshMessage, BringsEveryMeshBackBitForBit) {
   }
 }
 
-TEST(LabelledMeshMessage, BringsFeaturesBackWhereThereAreAny) {
+TEST(LabelledMeshMessage, PreservesFeatures) {
   for (const auto& member : test::mesh_family()) {
     SCOPED_TRACE(member.name);
     LabelledMesh before = test::labelled(member.mesh);
@@ -92,7 +92,7 @@ TEST(LabelledMeshMessage, RefusesFeaturesThatDoNotFit) {
   }
 }
 
-TEST(FactsMessages, BringEveryFactBack) {
+TEST(FactsMessages, PreserveEveryFact) {
   InputFacts input;
   input.vertices = 8;
   input.flipped_faces = 3;
@@ -130,7 +130,7 @@ TEST(LabelledMeshMessage, RefusesArraysThatDoNotFitTogether) {
   EXPECT_THROW(from_message(message), Error);
 }
 
-TEST(ProgressMessage, SaysHowFarAndHowLongStill) {
+TEST(ProgressMessage, GivesFractionAndTimeLeft) {
   SweepRecord record;
   record.sweep = 25;
   record.energy = {.likelihood = 1, .smoothness = 2, .sharpness = -4, .support = 0.5};
@@ -145,7 +145,7 @@ TEST(ProgressMessage, SaysHowFarAndHowLongStill) {
   EXPECT_EQ(progress.energy().total(), -0.5);
 }
 
-TEST(ToJson, HasTheNamesOfTheSchemaAndNumbersAsNumbers) {
+TEST(ToJson, UsesTheNamesOfTheSchemaAndNumbers) {
   v1::InputFacts facts;
   facts.set_bytes(4294967295U);
   const auto json = to_json(facts);
@@ -156,7 +156,7 @@ TEST(ToJson, HasTheNamesOfTheSchemaAndNumbersAsNumbers) {
   EXPECT_EQ(keys(json).front(), "name");
 }
 
-TEST(ToJson, LeavesOutWhatIsNotSet) {
+TEST(ToJson, OmitsUnsetFields) {
   v1::Job job;
   job.set_id("a");
   const auto json = to_json(job);
@@ -174,7 +174,7 @@ TEST(ToJson, KeepsEveryBitOfANumber) {
   }
 }
 
-TEST(JobFingerprint, DependsOnWhateverChangesTheResultAndOnNothingElse) {
+TEST(JobFingerprint, DependsExactlyOnWhatChangesTheResult) {
   const v1::Parameters defaults = resolve({});
   const auto fingerprint = [](const std::string& sha256, const std::string& format, const std::string& weights,
                               const v1::Parameters& parameters) {

@@ -29,7 +29,7 @@ bool has_coincident_vertices(const Mesh& mesh) {
   return false;
 }
 
-/// A file that is gone when the test ends.
+/// A temporary file.
 class TemporaryFile {
  public:
   TemporaryFile(const std::string& name, const std::string& bytes) : path_(folder_.path() / name) {
@@ -59,13 +59,13 @@ Mesh flat_copy(const OracleMesh& oracle) {
   return mesh;
 }
 
-/// Rotates the corners so that the smallest comes first: the oracle may begin a face at another corner.
+/// Rotates the corners so that the smallest comes first. OpenMesh may start a face at another corner.
 Triangle from_smallest(Triangle t) {
   std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
   return t;
 }
 
-TEST(DecodeFormats, TheSameMeshComesFromEveryFormat) {
+TEST(DecodeFormats, EveryFormatGivesTheSameMesh) {
   for (const NamedMesh& named : mesh_family()) {
     const Mesh mesh = in_single_precision(named.mesh);
     const bool coincident = has_coincident_vertices(mesh);
@@ -100,7 +100,7 @@ TEST(DecodeFormats, TheFormatIsGuessedFromTheBytes) {
   }
 }
 
-TEST(DecodeFormats, LineEndsOfEverySystemAreRead) {
+TEST(DecodeFormats, AllLineEndingsAreRead) {
   for (const SampleFile& file : sample_files(sample_mesh())) {
     if (file.bytes.find('\0') != std::string::npos || file.name.find("endian") != std::string::npos) continue;
     for (const std::string line_end : {"\r\n", "\r"}) {
@@ -113,8 +113,8 @@ TEST(DecodeFormats, LineEndsOfEverySystemAreRead) {
   }
 }
 
-TEST(DecodeFormats, OpenMeshReadsTheSameFromGoodFiles) {
-  omerr().disable();  // it says a line for every face that it splits
+TEST(DecodeFormats, AgreesWithOpenMeshOnValidFiles) {
+  omerr().disable();  // it prints a line for every face that it splits
   int compared = 0;
   for (const NamedMesh& named : mesh_family()) {
     if (!named.manifold || named.degenerate) continue;
@@ -128,7 +128,8 @@ TEST(DecodeFormats, OpenMeshReadsTheSameFromGoodFiles) {
       OracleMesh oracle;
       ASSERT_TRUE(OpenMesh::IO::read_mesh(oracle, on_disk.path().string()));
       const Mesh expected = flat_copy(oracle);
-      if (expected.positions.size() != mesh.positions.size()) continue;  // it splits vertices of odd windings
+      if (expected.positions.size() != mesh.positions.size())
+        continue;  // it splits vertices of inconsistently wound faces
       const Mesh decoded = decode_mesh(file.bytes, file.format).mesh;
       EXPECT_EQ(decoded.positions, expected.positions);
       ++compared;
@@ -142,7 +143,7 @@ TEST(DecodeFormats, OpenMeshReadsTheSameFromGoodFiles) {
   EXPECT_GE(compared, 20);
 }
 
-TEST(DecodeFormats, OpenMeshReadsTheSameFromStl) {
+TEST(DecodeFormats, AgreesWithOpenMeshOnStl) {
   const Mesh mesh = in_single_precision(icosphere(1));
   for (const std::string& bytes : {stl_ascii_file(mesh), stl_binary_file(mesh)}) {
     const TemporaryFile on_disk("mesh.stl", bytes);
@@ -158,9 +159,9 @@ TEST(DecodeFormats, OpenMeshReadsTheSameFromStl) {
   }
 }
 
-TEST(DecodeFormats, OpenMeshReadsTheSameFromARealScan) {
+TEST(DecodeFormats, AgreesWithOpenMeshOnARealScan) {
   const auto path = development_mesh("Fandisk0.3/noisy.obj");
-  if (!path) GTEST_SKIP() << "the development models are not there";
+  if (!path) GTEST_SKIP() << "the development models are not available";
   OracleMesh oracle;
   ASSERT_TRUE(OpenMesh::IO::read_mesh(oracle, path->string()));
   const Mesh expected = flat_copy(oracle);

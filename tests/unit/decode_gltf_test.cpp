@@ -37,7 +37,7 @@ TEST(DecodeGltf, AMirroringMatrixTurnsTheWinding) {
   EXPECT_EQ(mesh.triangles[0], (Triangle{0, 1, 2}));
 }
 
-TEST(DecodeGltf, AMeshShownTwiceIsReadTwice) {
+TEST(DecodeGltf, AMeshWithTwoInstancesIsReadTwice) {
   GltfSample sample = gltf_sample(connected_sample());
   sample.json["nodes"] = json::parse(R"([{"mesh": 0}, {"mesh": 0, "translation": [10, 0, 0]}])");
   sample.json["scenes"][0]["nodes"] = {0, 1};
@@ -48,7 +48,7 @@ TEST(DecodeGltf, AMeshShownTwiceIsReadTwice) {
   EXPECT_EQ(mesh.triangles[3], (Triangle{4, 6, 5}));
 }
 
-TEST(DecodeGltf, WithoutScenesAllMeshesAreRead) {
+TEST(DecodeGltf, AllMeshesAreReadWhenThereAreNoScenes) {
   GltfSample sample = gltf_sample(sample_mesh());
   sample.json.erase("scenes");
   sample.json.erase("scene");
@@ -112,7 +112,7 @@ TEST(DecodeGltf, SparseAccessorsReplaceElementsOfABaseOrOfZeros) {
   }
 }
 
-TEST(DecodeGltf, CopiesWithASourceAreFoldedBack) {
+TEST(DecodeGltf, CopiesWithASourceAreMerged) {
   Mesh split = sample_mesh();
   const std::size_t vertices = split.positions.size();
   split.positions.push_back(split.positions[1]);
@@ -134,7 +134,7 @@ TEST(DecodeGltf, CopiesWithASourceAreFoldedBack) {
   }
 }
 
-TEST(DecodeGltf, WithASourceCoincidentOriginalsStayApart) {
+TEST(DecodeGltf, CoincidentVerticesWithDifferentSourcesStayApart) {
   Mesh mesh = sample_mesh();
   mesh.positions[4] = mesh.positions[0];
   GltfSample sample = gltf_sample(mesh);
@@ -188,7 +188,7 @@ TEST(DecodeGltf, LinesAndPointsAreSkippedWithAWarning) {
   EXPECT_EQ(warning(result, "primitives_skipped").substr(0, 2), "4 ");
 }
 
-TEST(DecodeGltf, BytesBehindTheEndAndUnknownChunksAreNoFault) {
+TEST(DecodeGltf, TrailingBytesAndUnknownChunksAreIgnored) {
   std::string bytes = gltf_sample(sample_mesh()).glb();
   EXPECT_NE(warning(decode_mesh(bytes + "tail", MeshFormat::kGlb), "trailing_bytes"), "");
   append(bytes, std::uint32_t{4});
@@ -306,7 +306,7 @@ TEST(DecodeGltf, DeepNestingIsRefusedWithoutRecursion) {
   EXPECT_EQ(error->code(), code::kMeshTooLarge);
 }
 
-TEST(DecodeGltf, JsonOfTooManyValuesIsRefused) {
+TEST(DecodeGltf, JsonWithTooManyValuesIsRefused) {
   std::string values;
   for (int i = 0; i < 600'000; ++i) values += "0,";
   const auto error = refusal(R"({"asset": {"version": "2.0"}, "extras": [)" + values + "0]}", MeshFormat::kGltf);
@@ -314,7 +314,7 @@ TEST(DecodeGltf, JsonOfTooManyValuesIsRefused) {
   EXPECT_EQ(error->code(), code::kMeshTooLarge);
 }
 
-TEST(DecodeGltf, JsonFaultsAreNamedByTheirByte) {
+TEST(DecodeGltf, JsonErrorsGiveTheirByteOffset) {
   const auto broken = refusal(R"({"asset": oops})", MeshFormat::kGltf);
   ASSERT_TRUE(broken.has_value());
   EXPECT_EQ(broken->code(), code::kMeshSyntax);
@@ -324,7 +324,7 @@ TEST(DecodeGltf, JsonFaultsAreNamedByTheirByte) {
   EXPECT_EQ(cut->code(), code::kMeshTruncated);
 }
 
-TEST(DecodeGltf, LimitsBoundWhatInstancesMultiply) {
+TEST(DecodeGltf, LimitsApplyToTheInstancesInTotal) {
   GltfSample sample = gltf_sample(sample_mesh());
   sample.json["nodes"] = json::array();
   sample.json["scenes"][0]["nodes"] = json::array();

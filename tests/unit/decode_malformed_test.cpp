@@ -212,7 +212,7 @@ std::vector<Malformed> all_malformed() {
 INSTANTIATE_TEST_SUITE_P(Table, DecodeMalformed, testing::ValuesIn(all_malformed()),
                          [](const auto& parameter) { return parameter.param.name; });
 
-TEST(DecodeMalformed, BytesThatLookLikeNothingAreOfUnknownFormat) {
+TEST(DecodeMalformed, UnrecognisableBytesHaveAnUnknownFormat) {
   for (const std::string& bytes :
        {std::string("\x1f\x8b\x08 not a mesh"), std::string(100, '\0'), std::string("<x/>")}) {
     const std::optional<Error> error = refusal(bytes);

@@ -9,8 +9,7 @@ namespace {
 
 constexpr DecodeLimits kLimits{1000, 1000};
 
-/// What must hold whatever the bytes are: a sound mesh within the limits, or a refusal with a code of a mesh and a
-/// place.
+/// Any bytes must give a valid mesh within the limits, or be refused with a mesh_* code and a place.
 void expect_mesh_or_refusal(const std::string& bytes, std::optional<MeshFormat> format) {
   try {
     const Mesh mesh = decode_mesh(bytes, format, kLimits).mesh;
@@ -30,7 +29,7 @@ void expect_mesh_or_refusal(const std::string& bytes, std::optional<MeshFormat> 
 
 class DecodeMutation : public testing::TestWithParam<SampleFile> {};
 
-TEST_P(DecodeMutation, EveryTruncationIsAMeshOrARefusal) {
+TEST_P(DecodeMutation, EveryTruncationIsReadOrRefused) {
   const SampleFile& file = GetParam();
   for (std::size_t length = 0; length < file.bytes.size(); ++length) {
     SCOPED_TRACE(fmt::format("{} cut to {} bytes", file.name, length));
@@ -39,7 +38,7 @@ TEST_P(DecodeMutation, EveryTruncationIsAMeshOrARefusal) {
   }
 }
 
-TEST_P(DecodeMutation, EveryReplacedByteIsAMeshOrARefusal) {
+TEST_P(DecodeMutation, EveryReplacedByteIsReadOrRefused) {
   const SampleFile& file = GetParam();
   std::mt19937 generator(20101);
   for (std::size_t at = 0; at < file.bytes.size(); ++at) {
@@ -55,7 +54,7 @@ TEST_P(DecodeMutation, EveryReplacedByteIsAMeshOrARefusal) {
   }
 }
 
-TEST_P(DecodeMutation, EveryLostOrDoubledStretchIsAMeshOrARefusal) {
+TEST_P(DecodeMutation, EveryRemovedOrRepeatedRangeIsReadOrRefused) {
   const SampleFile& file = GetParam();
   std::mt19937 generator(3);
   for (int round = 0; round < 2000; ++round) {
@@ -72,7 +71,7 @@ TEST_P(DecodeMutation, EveryLostOrDoubledStretchIsAMeshOrARefusal) {
   }
 }
 
-TEST_P(DecodeMutation, EveryFormatRefusesOrReadsTheBytesOfAnyOther) {
+TEST_P(DecodeMutation, EveryFormatReadsOrRefusesTheFilesOfAllOthers) {
   for (const MeshFormat format : {MeshFormat::kObj, MeshFormat::kPly, MeshFormat::kOff, MeshFormat::kStl,
                                   MeshFormat::kGltf, MeshFormat::kGlb, MeshFormat::kJson}) {
     SCOPED_TRACE(GetParam().name + " read as " + std::string(format_name(format)));

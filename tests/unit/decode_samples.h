@@ -14,11 +14,10 @@
 
 #include "core/io/decode.h"
 
-/// Small files of every format, written by the shortest way so that the readers are tested against something that
-/// shares no code with them.
+// Small files of every format, written by simple code that shares nothing with the readers under test.
 namespace crease::test {
 
-/// `value` as bytes in the order asked for.
+/// `value` as bytes in the given order.
 template <typename Number>
 void append(std::string& out, Number value, bool big_endian = false) {
   std::array<char, sizeof(Number)> raw{};
@@ -39,11 +38,12 @@ inline void append_floats(std::string& out, const Vec3& p, bool big_endian = fal
   for (int k = 0; k < 3; ++k) append(out, static_cast<float>(p[k]), big_endian);
 }
 
-/// The mesh with coordinates that a float holds, since several formats have no others.
+/// The mesh with its coordinates rounded to float, the only precision of several formats.
 inline Mesh in_single_precision(Mesh mesh) {
   for (Vec3& p : mesh.positions) {
     for (double& coordinate : p) {
-      const volatile auto single = static_cast<float>(coordinate);  // gcc 12 at -O3 drops the rounding otherwise
+      const volatile auto single =
+          static_cast<float>(coordinate);  // without volatile, gcc 12 at -O3 drops the rounding
       coordinate = static_cast<double>(single);
     }
   }
@@ -55,7 +55,7 @@ inline Mesh sample_mesh() {
   return {{{0, 0, 0}, {1, 0, 0}, {0.25, 1, 0}, {0.5, 0.25, -1.5}, {3, 4, 5}}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}}};
 }
 
-/// The same without the isolated vertex, which STL cannot hold.
+/// The same without the isolated vertex, which STL cannot store.
 inline Mesh connected_sample() {
   Mesh mesh = sample_mesh();
   mesh.positions.pop_back();
@@ -137,12 +137,12 @@ inline std::string base64(const std::string& bytes) {
   return out;
 }
 
-/// A glTF of one mesh: its JSON and its binary buffer, to be bent before it is packed.
+/// A glTF file with one mesh, as JSON and binary buffer, so that tests can change it before it is packed.
 struct GltfSample {
   nlohmann::json json;
   std::string buffer;
 
-  /// Appends data under a new accessor and says its index.
+  /// Appends data with a new accessor and returns its index.
   std::size_t add(const std::string& data, int component, const std::string& type, std::size_t count) {
     json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", buffer.size()}, {"byteLength", data.size()}});
     json["accessors"].push_back({{"bufferView", json["bufferViews"].size() - 1},
@@ -212,7 +212,7 @@ struct SampleFile {
 
 inline void PrintTo(const SampleFile& file, std::ostream* out) { *out << file.name; }
 
-/// One file of every kind for the same mesh.
+/// One file of every kind, all with the same mesh.
 inline std::vector<SampleFile> sample_files(const Mesh& mesh) {
   return {{"obj", MeshFormat::kObj, obj_file(mesh)},
           {"off", MeshFormat::kOff, off_file(mesh)},
@@ -225,7 +225,7 @@ inline std::vector<SampleFile> sample_files(const Mesh& mesh) {
           {"glb", MeshFormat::kGlb, gltf_sample(mesh).glb()}};
 }
 
-/// The refusal of `bytes`, or nothing when they are a mesh.
+/// The error of decoding `bytes`, or nullopt when they are a valid mesh.
 inline std::optional<Error> refusal(std::string_view bytes, std::optional<MeshFormat> format = std::nullopt,
                                     const DecodeLimits& limits = {}) {
   try {

@@ -12,7 +12,7 @@ DecodedMesh decoded(const std::vector<std::string>& lines, MeshFormat format) {
   return decode_mesh(join(lines), format);
 }
 
-TEST(DecodeObj, CornersOfEveryFormAndNegativeIndicesNameTheSameVertices) {
+TEST(DecodeObj, AllFormsOfCornersAndNegativeIndicesAreRead) {
   for (const std::string face : {"f 1 2 3 4", "f 1/1 2/1 3/1 4/1", "f 1//1 2//1 3//1 4//1", "f 1/1/1 2/1/1 3/1/1 4/1/1",
                                  "f -4 -3 -2 -1", "f -4//-1 2/1 -2 4", "f 1 2 \\\n 3 4", "f 1 2\\\r\n3 4 # square"}) {
     const DecodedMesh result =
@@ -30,12 +30,12 @@ TEST(DecodeObj, WeightsColoursSignsAndExponentsAreRead) {
   EXPECT_TRUE(result.warnings.empty());
 }
 
-TEST(DecodeObj, FacesMayNameVerticesThatFollow) {
+TEST(DecodeObj, FacesMayPrecedeTheirVertices) {
   const DecodedMesh result = decoded({"f 1 2 3", "v 0 0 0", "v 1 0 0", "v 1 1 0"}, MeshFormat::kObj);
   EXPECT_EQ(result.mesh.triangles, (std::vector<Triangle>{{0, 1, 2}}));
 }
 
-TEST(DecodeObj, MaterialsAreNeverOpenedAndWhatIsSkippedIsCounted) {
+TEST(DecodeObj, MaterialsAreNeverOpenedAndSkippedLinesAreCounted) {
   const DecodedMesh result = decoded({"mtllib /etc/passwd", "o part", "g a b", "s off", "usemtl red", "v 0 0 0",
                                       "v 1 0 0", "v 1 1 0", "l 1 2", "l 2 3", "p 1", "curv 0 1", "f 1 2 3", "\x01\xff"},
                                      MeshFormat::kObj);
@@ -74,7 +74,7 @@ TEST(DecodeOff, ExtraColumnsOfVerticesAreSkipped) {
   }
 }
 
-TEST(DecodeOff, WhatFollowsTheLastFaceIsReported) {
+TEST(DecodeOff, TextAfterTheLastFaceIsReported) {
   EXPECT_NE(warning(decode_mesh(off_file(sample_mesh()) + "1 2\n", MeshFormat::kOff), "trailing_bytes"), "");
   EXPECT_TRUE(decode_mesh(off_file(sample_mesh()) + "\n# end\n", MeshFormat::kOff).warnings.empty());
 }
@@ -147,7 +147,7 @@ TEST(DecodePly, ScalarsOfEveryTypeAndByteOrderAreRead) {
   }
 }
 
-TEST(DecodePly, ABinaryBodyMayBeginWithALineFeed) {
+TEST(DecodePly, ABinaryBodyMayStartWithALineFeed) {
   std::string bytes = ply_binary_file(sample_mesh(), false);
   const std::size_t body = bytes.find("end_header\n") + 11;
   bytes[body] = '\n';
@@ -159,7 +159,7 @@ TEST(DecodePly, ABinaryBodyMayBeginWithALineFeed) {
   }
 }
 
-TEST(DecodePly, WhatFollowsTheLastElementIsReported) {
+TEST(DecodePly, BytesAfterTheLastElementAreReported) {
   for (const std::string& bytes : {ply_ascii_file(sample_mesh()), ply_binary_file(sample_mesh(), true)}) {
     EXPECT_NE(warning(decode_mesh(bytes + "tail", MeshFormat::kPly), "trailing_bytes"), "");
   }
@@ -175,13 +175,13 @@ TEST(DecodeStl, CornersAreWeldedByExactPositionInTheOrderOfTheFacets) {
   }
 }
 
-TEST(DecodeStl, PositiveAndNegativeZeroAreOnePosition) {
+TEST(DecodeStl, PositiveAndNegativeZeroAreEqual) {
   const Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-0.0, -0.0, -0.0}}, {{0, 1, 2}, {3, 2, 1}}};
   EXPECT_EQ(decode_mesh(stl_binary_file(mesh), MeshFormat::kStl).mesh.positions.size(), 3U);
   EXPECT_EQ(decode_mesh(stl_ascii_file(mesh), MeshFormat::kStl).mesh.positions.size(), 3U);
 }
 
-TEST(DecodeStl, ABinaryFileMayBeginWithSolid) {
+TEST(DecodeStl, ABinaryFileMayStartWithSolid) {
   const std::string bytes = stl_binary_file(connected_sample(), "solid part");
   EXPECT_EQ(decode_mesh(bytes, MeshFormat::kStl).mesh.triangles.size(), 3U);
   const DecodedMesh with_tail = decode_mesh(bytes + "tail", MeshFormat::kStl);
@@ -190,7 +190,7 @@ TEST(DecodeStl, ABinaryFileMayBeginWithSolid) {
   EXPECT_EQ(refusal(bytes.substr(0, bytes.size() - 1), MeshFormat::kStl)->code(), code::kMeshTruncated);
 }
 
-TEST(DecodeStl, SeveralSolidsUpperCaseAndNormalsThatAreNoNumbersAreRead) {
+TEST(DecodeStl, SeveralSolidsUpperCaseAndInvalidNormalsAreRead) {
   const std::string facet =
       "FACET NORMAL nan nan nan OUTER LOOP\nVERTEX 0 0 0 VERTEX 1 0 0\nVERTEX 1 1 0 ENDLOOP ENDFACET\n";
   const DecodedMesh result =
@@ -198,7 +198,7 @@ TEST(DecodeStl, SeveralSolidsUpperCaseAndNormalsThatAreNoNumbersAreRead) {
   EXPECT_EQ(result.mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 1, 2}}));
 }
 
-TEST(Decode, LimitsHoldForEveryFormat) {
+TEST(Decode, LimitsApplyToEveryFormat) {
   for (const SampleFile& file : sample_files(connected_sample())) {
     SCOPED_TRACE(file.name);
     EXPECT_FALSE(refusal(file.bytes, file.format, {4, 3}).has_value());

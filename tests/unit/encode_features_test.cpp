@@ -92,7 +92,7 @@ TEST(EncodeFeatures, SegmentsSplitVerticesButNotNormals) {
   }
 }
 
-TEST(EncodeFeatures, JsonMeshesListThemOnlyWhereTheyAreKnown) {
+TEST(EncodeFeatures, JsonMeshesListFeaturesOnlyWhenTheyAreKnown) {
   const LabelledMesh result = with_features(test::cube(3));
   const auto json = nlohmann::json::parse(encode_mesh(result, MeshFormat::kJson));
   ASSERT_EQ(json["classes"].size(), result.classes.size());
@@ -108,7 +108,7 @@ TEST(EncodeFeatures, JsonMeshesListThemOnlyWhereTheyAreKnown) {
   EXPECT_FALSE(model.meshes.at(0).primitives.at(0).attributes.contains("_SEGMENT"));
 }
 
-TEST(EncodeFeatures, RidgesAsJson) {
+TEST(EncodeFeatures, RidgeLinesAsJson) {
   const LabelledMesh part = labelled(test::cad_part(3).mesh);
   const Features features = features_of(part);
   const auto json = nlohmann::json::parse(encode_ridges_json(features.ridge_lines, features.corners));
@@ -129,7 +129,7 @@ TEST(EncodeFeatures, RidgesAsJson) {
   EXPECT_TRUE(none["ridges"].empty() && none["corners"].empty());
 }
 
-TEST(EncodeFeatures, RidgesAsGlb) {
+TEST(EncodeFeatures, RidgeLinesAsGlb) {
   for (const Mesh& mesh : {test::cad_part(3).mesh, test::cylinder(24, 4, 1, 2)}) {
     const LabelledMesh part = labelled(mesh);
     const std::vector<RidgeLine> lines = features_of(part).ridge_lines;
@@ -162,7 +162,7 @@ TEST(EncodeFeatures, RidgesAsGlb) {
   }
 }
 
-TEST(EncodeFeatures, NoRidgesAreANodeWithoutAMesh) {
+TEST(EncodeFeatures, WithoutRidgesGlbHasANodeWithoutAMesh) {
   const tinygltf::Model model = read(encode_ridges_glb(test::grid(2, 2), {}));
   EXPECT_EQ(model.nodes.size(), 1U);
   EXPECT_TRUE(model.meshes.empty());

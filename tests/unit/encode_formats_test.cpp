@@ -24,7 +24,7 @@ Mesh ragged(const Mesh& mesh) { return add_noise(mesh, 0.01, 9, NoiseKind::kGaus
 
 Vec3 in_single(Vec3 position) {
   for (double& coordinate : position) {
-    const volatile auto single = static_cast<float>(coordinate);  // gcc 12 at -O3 drops the rounding otherwise
+    const volatile auto single = static_cast<float>(coordinate);  // without volatile, gcc 12 at -O3 drops the rounding
     coordinate = static_cast<double>(single);
   }
   return position;
@@ -53,7 +53,7 @@ TEST(EncodeFormats, TextAndPlyReadBackExactly) {
   }
 }
 
-TEST(EncodeFormats, WhatWasWrittenIsRecognisedByItsBytes) {
+TEST(EncodeFormats, WrittenFilesAreRecognisedByTheirBytes) {
   const LabelledMesh result = labelled(test::cube(2));
   for (const MeshFormat format : kAllFormats) {
     if (format == MeshFormat::kJson) continue;
@@ -126,7 +126,7 @@ TEST(EncodeFormats, JsonHoldsEverything) {
   }
 }
 
-TEST(EncodeFormats, ExtrasAreInGltfAndJsonAndNowhereElse) {
+TEST(EncodeFormats, OnlyGltfAndJsonContainExtras) {
   const LabelledMesh result = labelled(test::cube(2));
   const nlohmann::ordered_json extras = {{"job", "0123456789abcdef"}};
   for (const MeshFormat format : kAllFormats) {
@@ -137,7 +137,7 @@ TEST(EncodeFormats, ExtrasAreInGltfAndJsonAndNowhereElse) {
   }
 }
 
-TEST(EncodeFormats, OneResultGivesOneSequenceOfBytes) {
+TEST(EncodeFormats, EqualResultsGiveEqualBytes) {
   const Mesh mesh = ragged(test::cad_part(2).mesh);
   for (const MeshFormat format : kAllFormats) {
     SCOPED_TRACE(format_name(format));
@@ -145,7 +145,7 @@ TEST(EncodeFormats, OneResultGivesOneSequenceOfBytes) {
   }
 }
 
-TEST(EncodeFormats, CoordinatesBeyondSinglePrecisionAreRefusedWhereTheyDoNotFit) {
+TEST(EncodeFormats, CoordinatesTooLargeForSinglePrecisionAreRefused) {
   Mesh mesh = test::cube(1);
   mesh.positions[3].z() = -1e39;
   for (const MeshFormat format : kAllFormats) {

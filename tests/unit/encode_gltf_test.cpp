@@ -18,7 +18,7 @@ namespace {
 
 using test::labelled;
 
-/// A file as an independent reader sees it.
+/// A file as parsed by an independent reader.
 class Gltf {
  public:
   explicit Gltf(const std::string& bytes) {
@@ -63,7 +63,7 @@ Single3 in_single(const Vec3& p) {
   return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
 }
 
-TEST(EncodeGltf, CopiesFoldBackThroughSource) {
+TEST(EncodeGltf, CopiesNameTheirSource) {
   for (const auto& member : test::mesh_family()) {
     for (const MeshFormat format : {MeshFormat::kGlb, MeshFormat::kGltf}) {
       SCOPED_TRACE(member.name + " as " + std::string(format_name(format)));
@@ -91,7 +91,7 @@ TEST(EncodeGltf, CopiesFoldBackThroughSource) {
   }
 }
 
-TEST(EncodeGltf, NormalsAreUnitAndNearTheirFacesWhereTheSurfaceIsSmooth) {
+TEST(EncodeGltf, NormalsAreUnitAndCloseToThoseOfSmoothFaces) {
   for (const auto& member : test::mesh_family()) {
     SCOPED_TRACE(member.name);
     const Gltf file(encode_mesh(labelled(member.mesh), MeshFormat::kGlb));
@@ -131,7 +131,7 @@ TEST(EncodeGltf, ACubeHasThreeNormalsAtEachCornerAndTwoAlongEachRidge) {
   EXPECT_EQ(vertices_with, (std::map<int, int>{{1, 6 * 9}, {2, 12 * 3}, {3, 8}}));
 }
 
-TEST(EncodeGltf, ASingleRidgeThatEndsInsideSplitsNothingAtItsEnd) {
+TEST(EncodeGltf, ARidgeThatEndsInsideTheSurfaceSplitsNoVertexAtItsEnd) {
   LabelledMesh result = labelled(test::grid(6, 6));
   const auto index_at = [&](double x, double y) {
     return static_cast<Index>(std::find(result.mesh.positions.begin(), result.mesh.positions.end(), Vec3(x, y, 0)) -
@@ -147,7 +147,7 @@ TEST(EncodeGltf, ASingleRidgeThatEndsInsideSplitsNothingAtItsEnd) {
   EXPECT_EQ(split.source.back(), middle);
 }
 
-TEST(EncodeGltf, FacesWoundAgainstEachOtherDoNotShareANormal) {
+TEST(EncodeGltf, FacesOfOppositeWindingDoNotShareANormal) {
   Mesh mesh = test::grid(1, 1);
   std::swap(mesh.triangles[1][1], mesh.triangles[1][2]);
   const SplitMesh split = split_along_ridges(labelled(mesh));
@@ -156,7 +156,7 @@ TEST(EncodeGltf, FacesWoundAgainstEachOtherDoNotShareANormal) {
   for (const Index corner : split.triangles[1]) EXPECT_EQ(split.normals[corner], Vec3(0, 0, -1));
 }
 
-TEST(EncodeGltf, LabelsOfVerticesAreTheLargestOfTheirEdges) {
+TEST(EncodeGltf, AVertexHasTheLargestLabelOfItsEdges) {
   LabelledMesh result = labelled(test::cad_part(1).mesh);
   for (std::size_t e = 0; e < result.labels.size(); ++e) result.labels[e] = 0.9 * std::abs(std::sin(double(e)));
   const Gltf file(encode_mesh(result, MeshFormat::kGlb));
@@ -173,7 +173,7 @@ TEST(EncodeGltf, LabelsOfVerticesAreTheLargestOfTheirEdges) {
   }
 }
 
-TEST(EncodeGltf, LinesAreTheRidgesAndAreLeftOutWhereThereAreNone) {
+TEST(EncodeGltf, RidgesAreLinesAndAreOmittedWhenThereAreNone) {
   const auto [mesh, ridges] = test::cad_part(2);
   const Gltf file(encode_mesh(labelled(mesh), MeshFormat::kGlb));
   ASSERT_EQ(file.primitives().size(), 2U);
@@ -188,7 +188,7 @@ TEST(EncodeGltf, LinesAreTheRidgesAndAreLeftOutWhereThereAreNone) {
   EXPECT_EQ(Gltf(encode_mesh(labelled(test::grid(3, 3)), MeshFormat::kGlb)).primitives().size(), 1U);
 }
 
-TEST(EncodeGltf, OneNodeOneMeshAndBoundsOfThePositions) {
+TEST(EncodeGltf, HasOneNodeOneMeshAndTheBoundsOfThePositions) {
   const Mesh mesh = test::icosphere(2, 3.3);
   const Gltf file(encode_mesh(labelled(mesh), MeshFormat::kGlb));
   EXPECT_EQ(file.model().nodes.size(), 1U);
@@ -206,7 +206,7 @@ TEST(EncodeGltf, OneNodeOneMeshAndBoundsOfThePositions) {
   }
 }
 
-TEST(EncodeGltf, ExtrasComeBackAsTheyWere) {
+TEST(EncodeGltf, ExtrasAreKept) {
   const nlohmann::ordered_json extras = {{"job", "abc"}, {"seed", 4'294'967'295U},    {"weight", 0.25},
                                          {"on", true},   {"counts", {{"faces", -2}}}, {"list", {1, "x"}}};
   const std::string bytes = encode_mesh(labelled(test::cube(1)), MeshFormat::kGltf, extras);
@@ -214,7 +214,7 @@ TEST(EncodeGltf, ExtrasComeBackAsTheyWere) {
   EXPECT_EQ(read, nlohmann::json(extras));
 }
 
-TEST(EncodeGltf, OurOwnReaderTakesItBack) {
+TEST(EncodeGltf, OurReaderReadsItBack) {
   for (const auto& member : test::mesh_family()) {
     for (const MeshFormat format : {MeshFormat::kGlb, MeshFormat::kGltf}) {
       SCOPED_TRACE(member.name + " as " + std::string(format_name(format)));

@@ -64,7 +64,7 @@ TEST(EncodeLabels, EveryEdgeIsListedWithItsLabelAndAngle) {
   }
 }
 
-TEST(EncodeLabels, AMinimumLeavesOutLowerLabelsAndKeepsOrder) {
+TEST(EncodeLabels, AMinimumDropsLowerLabelsAndKeepsTheOrder) {
   const LabelledMesh result = spread_labels();
   for (const double min : {0.0, 0.3, 0.5, 1.0}) {
     std::vector<Edge> expected;
@@ -81,13 +81,13 @@ TEST(EncodeLabels, AMinimumLeavesOutLowerLabelsAndKeepsOrder) {
   }
 }
 
-TEST(EncodeLabels, NothingToListIsStillADocument) {
+TEST(EncodeLabels, AnEmptyListIsAValidDocument) {
   const LabelledMesh result = test::labelled(test::grid(2, 2));
   EXPECT_TRUE(rows_of_json(encode_labels_json(result, 0.5)).empty());
   EXPECT_TRUE(rows_of_csv(encode_labels_csv(result, 0.5)).empty());
 }
 
-TEST(EncodeLabels, RoundingMakesNoRidge) {
+TEST(EncodeLabels, RoundingDoesNotCreateRidges) {
   LabelledMesh result = test::labelled(test::grid(1, 1));
   result.labels = {std::nextafter(0.5, 0.0), 0.5, 0.49999996, 0.499999, 1.0};
   ASSERT_EQ(result.edges.size(), result.labels.size());

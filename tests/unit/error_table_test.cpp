@@ -16,7 +16,7 @@
 namespace crease {
 namespace {
 
-/// The text of every source of core and server.
+/// The text of all source files of core and server.
 std::string sources() {
   std::string text;
   for (const char* room : {"core", "server"}) {
@@ -29,12 +29,12 @@ std::string sources() {
   return text;
 }
 
-TEST(ErrorTable, IsOrderedByCodeWithoutRepetition) {
+TEST(ErrorTable, IsOrderedByUniqueCodes) {
   const auto table = error_table();
   EXPECT_EQ(std::ranges::adjacent_find(table, std::ranges::greater_equal{}, &ErrorKind::code), table.end());
 }
 
-TEST(ErrorTable, HasEveryCodeOfCoreAsAFaultOfTheRequest) {
+TEST(ErrorTable, HasEveryCodeOfCoreAsAClientError) {
   for (const std::string_view code : code::kAllCodes) {
     EXPECT_EQ(error_kind(code).code, code);
     EXPECT_GE(error_kind(code).status, 400);
@@ -50,14 +50,14 @@ TEST(ErrorTable, HasEveryCodeThatIsThrownByName) {
   }
 }
 
-TEST(ErrorTable, HasNoCodeThatNobodyUses) {
+TEST(ErrorTable, HasNoUnusedCode) {
   const std::string text = sources();
   for (const ErrorKind& kind : error_table()) {
     EXPECT_NE(text.find('"' + std::string(kind.code) + '"'), std::string::npos) << kind.code;
   }
 }
 
-TEST(ErrorTable, RowsAreFitForTheirUse) {
+TEST(ErrorTable, RowsAreWellFormed) {
   const std::set<int> statuses = {400, 401, 403, 404, 405, 406, 408, 409, 413, 414, 415,
                                   416, 417, 422, 429, 431, 500, 501, 503, 505, 507};
   const std::regex snake_case("[a-z0-9]+(_[a-z0-9]+)*");
@@ -73,7 +73,7 @@ TEST(ErrorTable, UnknownCodesAreInternalErrors) {
   EXPECT_EQ(error_kind("").status, 500);
 }
 
-TEST(ToProblem, CarriesEverythingOfTheError) {
+TEST(ToProblem, CopiesEveryMemberOfTheError) {
   const v1::Problem mesh = to_problem(Error(code::kMeshSyntax, "not a number", "line 12"));
   EXPECT_EQ(mesh.code(), "mesh_syntax");
   EXPECT_EQ(mesh.status(), 422U);
@@ -88,7 +88,7 @@ TEST(ToProblem, CarriesEverythingOfTheError) {
   EXPECT_THAT(parameter.detail(), testing::HasSubstr("seed"));
 }
 
-TEST(ToProblem, HasJsonEvenForBytesThatAreNotText) {
+TEST(ToProblem, IsValidJsonEvenForBytesThatAreNotText) {
   const std::string bytes("\xff\xfe\xc3", 3);
   const v1::Problem problem = to_problem(Error::parameter(code::kParameterInvalid, bytes, bytes, "a number"));
   EXPECT_EQ(to_json(problem).at("field"), "\uFFFD\uFFFD\uFFFD");

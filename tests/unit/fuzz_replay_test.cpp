@@ -26,8 +26,8 @@ std::vector<fs::path> inputs(std::string_view kind, std::string_view target) {
 
 class FuzzReplay : public testing::TestWithParam<Target> {};
 
-TEST_P(FuzzReplay, SeedsAndFormerFaultsKeepEveryProperty) {
-  ASSERT_FALSE(inputs("corpus", GetParam().name).empty()) << "a fuzzer wants seeds";
+TEST_P(FuzzReplay, SeedsAndPastFailuresKeepEveryProperty) {
+  ASSERT_FALSE(inputs("corpus", GetParam().name).empty()) << "every fuzzer needs seeds";
   for (const std::string_view kind : {"corpus", "regressions"}) {
     for (const fs::path& file : inputs(kind, GetParam().name)) {
       EXPECT_NO_THROW(GetParam().run(test::read_file(file))) << file;

@@ -38,7 +38,7 @@ Mesh member(const std::string& name) {
 
 double estimate(const Mesh& mesh) { return estimate_noise_sigma(mesh, build_topology(mesh)); }
 
-TEST(InputFacts, ClosedSurfacesObeyEuler) {
+TEST(InputFacts, ClosedSurfacesSatisfyEulersFormula) {
   for (const Mesh& mesh : {test::icosphere(3), test::cube(4), test::cylinder(20, 4, 1, 2), test::cad_part(2).mesh}) {
     const auto [facts, codes] = look(mesh);
     EXPECT_EQ(facts.vertices + facts.faces - facts.edges, 2U);
@@ -68,7 +68,7 @@ TEST(InputFacts, CountsAgreeWithTheFamily) {
   }
 }
 
-TEST(InputFacts, EachOddityIsCounted) {
+TEST(InputFacts, EachAnomalyIsCounted) {
   EXPECT_EQ(look(member("two_components")).facts.components, 2U);
   EXPECT_EQ(look(member("touching_tetrahedra")).facts.components, 1U);
   EXPECT_EQ(look(member("finned_grid")).facts.nonmanifold_edges, 2U);
@@ -83,9 +83,9 @@ TEST(InputFacts, EachOddityIsCounted) {
   EXPECT_EQ(look(test::grid(3, 2)).facts.boundary_edges, 10U);
 }
 
-TEST(InputFacts, BoundariesAreNormal) { EXPECT_THAT(look(test::grid(5, 5)).codes, testing::IsEmpty()); }
+TEST(InputFacts, BoundariesCauseNoWarning) { EXPECT_THAT(look(test::grid(5, 5)).codes, testing::IsEmpty()); }
 
-TEST(InputFacts, WarningsFollowThoseThatWereThere) {
+TEST(InputFacts, WarningsAreAddedAfterExistingOnes) {
   const Mesh mesh = member("isolated_vertices");
   std::vector<Warning> warnings = {{"polygons_triangulated", "12 faces"}};
   inspect(mesh, build_topology(mesh), warnings);
@@ -94,7 +94,7 @@ TEST(InputFacts, WarningsFollowThoseThatWereThere) {
   EXPECT_EQ(warnings[1].detail, "3 vertices are in no face and stay in place; the first is vertex 0");
 }
 
-TEST(InputFacts, RefusesWhatCannotBeSmoothed) {
+TEST(InputFacts, RefusesMeshesThatCannotBeSmoothed) {
   const auto refusal = [](const Mesh& mesh) -> std::pair<std::string, std::string> {
     try {
       look(mesh);
@@ -121,14 +121,14 @@ TEST(InputFacts, RefusesWhatCannotBeSmoothed) {
   EXPECT_THAT(refusal(minute), Pair(code::kMeshNoExtent, ""));
 }
 
-TEST(NoiseEstimate, NoNoiseIsNearlyNone) {
+TEST(NoiseEstimate, IsNearZeroWithoutNoise) {
   for (const Mesh& mesh :
        {test::grid(30, 30), test::icosphere(4), test::cube(12), test::cad_part(4).mesh, test::cylinder(40, 20, 1, 2)}) {
     EXPECT_LT(estimate(mesh), 0.01);
   }
 }
 
-TEST(NoiseEstimate, FindsTheNoiseThatWasAdded) {
+TEST(NoiseEstimate, MeasuresTheAddedNoise) {
   for (const Mesh& mesh : {test::grid(60, 60), test::icosphere(4), test::cad_part(6).mesh}) {
     SCOPED_TRACE(mesh.triangles.size());
     for (const double sigma : {0.05, 0.1, 0.2, 0.3, 0.5, 0.7}) {
@@ -147,7 +147,7 @@ TEST(NoiseEstimate, ImpulsiveNoiseCountsOverAllVertices) {
   }
 }
 
-TEST(NoiseEstimate, IsotropicNoiseIsFoundToo) {
+TEST(NoiseEstimate, MeasuresIsotropicNoise) {
   for (const Mesh& mesh : {test::grid(60, 60), test::icosphere(4), test::cad_part(6).mesh}) {
     SCOPED_TRACE(mesh.triangles.size());
     for (const double sigma : {0.05, 0.1, 0.2, 0.3}) {
@@ -156,14 +156,14 @@ TEST(NoiseEstimate, IsotropicNoiseIsFoundToo) {
   }
 }
 
-TEST(NoiseEstimate, DoesNotDependOnPlaceScaleOrTurn) {
+TEST(NoiseEstimate, DoesNotDependOnPositionScaleOrRotation) {
   const Mesh mesh = add_noise(test::cad_part(3).mesh, 0.2, 1, NoiseKind::kNormal);
   Mesh moved = mesh;
   for (Vec3& p : moved.positions) p = 1e-4 * Vec3(p.y(), p.z(), p.x()) + Vec3(3, 2, 1);
   EXPECT_NEAR(estimate(moved), estimate(mesh), 1e-6);
 }
 
-TEST(NoiseEstimate, TooSmallToTellIsZero) {
+TEST(NoiseEstimate, IsZeroForMeshesThatAreTooSmall) {
   EXPECT_EQ(estimate(member("triangle")), 0);
   EXPECT_EQ(estimate(member("tetrahedron")), 0);
 }

@@ -66,7 +66,7 @@ std::size_t faces_found(Inspector& inspector, const fs::path& upload) {
   }
 }
 
-TEST_F(InspectorTest, FactsAndWarningsAreThoseOfCore) {
+TEST_F(InspectorTest, ReturnsTheFactsAndWarningsOfCore) {
   Inspector inspector(options());
   for (const auto& [name, mesh, manifold, closed, degenerate] : crease::test::mesh_family()) {
     const std::string text = obj_text(mesh);
@@ -79,7 +79,7 @@ TEST_F(InspectorTest, FactsAndWarningsAreThoseOfCore) {
   }
 }
 
-TEST_F(InspectorTest, ARefusalSaysWhatIsWrongAndWhere) {
+TEST_F(InspectorTest, ARefusalNamesTheFaultAndItsPlace) {
   Inspector inspector(options());
   const auto error = refusal(inspector, write("bad.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"));
   EXPECT_EQ(error.code(), crease::code::kMeshIndexOutOfRange);
@@ -103,7 +103,7 @@ TEST_F(InspectorTest, ARefusalOfWeightsNamesTheItem) {
   }
 }
 
-TEST_F(InspectorTest, TheFormatIsThatOfTheRequestThenOfTheNameThenOfTheBytes) {
+TEST_F(InspectorTest, TheFormatComesFromTheRequestThenTheNameThenTheBytes) {
   Inspector inspector(options());
   const fs::path upload = write("mesh", obj_text(crease::test::cube(2)));
   EXPECT_EQ(inspector.inspect(upload, "obj", "mesh.ply").facts.format(), "obj");
@@ -112,7 +112,7 @@ TEST_F(InspectorTest, TheFormatIsThatOfTheRequestThenOfTheNameThenOfTheBytes) {
   EXPECT_NE(refusal(inspector, upload, "ply").code(), "no error");
 }
 
-TEST_F(InspectorTest, TheBoundsReachTheChildren) {
+TEST_F(InspectorTest, TheLimitsReachTheChildren) {
   auto bounded = options();
   bounded.max_faces = 11;
   Inspector inspector(bounded);
@@ -136,7 +136,7 @@ TEST_F(InspectorTest, MoreCallersThanChildrenAreAllServed) {
   EXPECT_EQ(right, kCallers * kCalls);
 }
 
-TEST_F(InspectorTest, ChildrenKilledWhileIdleAreReplacedUnseen) {
+TEST_F(InspectorTest, ChildrenKilledWhileIdleAreReplacedSilently) {
   Inspector inspector(options());
   const fs::path upload = write("cube.obj", obj_text(crease::test::cube(1)));
   ASSERT_TRUE(eventually([&] { return inspector.process_ids().size() == 2; }));
@@ -157,7 +157,8 @@ TEST_F(InspectorTest, AnUploadThatKillsItsChildFailsAloneAndTheNextIsServed) {
   Inspector inspector(single);
   const fs::path slow = slow_upload(), upload = write("cube.obj", obj_text(crease::test::cube(1)));
   auto failed = std::async(std::launch::async, [&] { return refusal(inspector, slow); });
-  // Children that die before they are asked are replaced unseen: sooner or later one is busy with the upload.
+  // Children that die while idle are replaced silently. Sooner or later the signal hits one that is busy with the
+  // upload.
   EXPECT_TRUE(eventually([&] {
     for (const int process : inspector.process_ids()) ::kill(process, SIGKILL);
     return failed.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
@@ -168,10 +169,10 @@ TEST_F(InspectorTest, AnUploadThatKillsItsChildFailsAloneAndTheNextIsServed) {
   EXPECT_TRUE(eventually([&] { return faces_found(inspector, upload) == 12; }));
 }
 
-TEST_F(InspectorTest, AnUploadThatTakesTooLongIsGivenUpAndTheNextIsServed) {
+TEST_F(InspectorTest, AnUploadThatTakesTooLongIsRefusedAndTheNextIsServed) {
   auto hasty = options();
   hasty.processes = 1;
-  Inspector first(hasty);  // shows that the children do start
+  Inspector first(hasty);  // shows that children can start
   ASSERT_EQ(first.inspect(write("cube.obj", obj_text(crease::test::cube(1))), "", "").facts.faces(), 12U);
   hasty.timeout = std::chrono::milliseconds(50);
   Inspector inspector(hasty);

@@ -22,7 +22,7 @@ Error refusal(Call call) {
   return {"none", "nothing was refused"};
 }
 
-TEST(Measure, AMeshIsItself) {
+TEST(Measure, AMeshHasNoErrorAgainstItself) {
   for (const auto& member : test::mesh_family()) {
     SCOPED_TRACE(member.name);
     const Measurement m = measure(member.mesh, member.mesh);
@@ -83,7 +83,7 @@ TEST(Measure, AnOpenReferenceHasNoVolumeToChange) {
   EXPECT_EQ(measure(plane, add_noise(plane, 0.3, 1, NoiseKind::kGaussian)).volume_change, 0);
 }
 
-TEST(Measure, FacesWithoutAreaHaveNoSayInTheNormalError) {
+TEST(Measure, FacesWithoutAreaDoNotCountInTheNormalError) {
   for (const auto& member : test::mesh_family()) {
     if (!member.degenerate) continue;
     SCOPED_TRACE(member.name);
@@ -101,7 +101,7 @@ TEST(Measure, FacesWithoutAreaHaveNoSayInTheNormalError) {
   }
 }
 
-TEST(Measure, TrueLabelsScoreOneAndMissingOrFalseOnesLess) {
+TEST(Measure, CorrectLabelsScoreOneAndMissingOrFalseOnesLess) {
   const auto [part, ridges] = test::cad_part(2);
   EdgeLabels labels{ridges, std::vector<double>(ridges.size(), 0.5)};
   std::swap(labels.edges[3].v0, labels.edges[3].v1);
@@ -125,7 +125,7 @@ TEST(Measure, TrueLabelsScoreOneAndMissingOrFalseOnesLess) {
   EXPECT_DOUBLE_EQ(flooded.precision, static_cast<double>(ridges.size()) / static_cast<double>(topology.edges.size()));
 }
 
-TEST(Measure, WithoutRidgesNoLabelIsRightAndAnyLabelWrong) {
+TEST(Measure, WithoutRidgesEveryLabelIsWrong) {
   const Mesh plane = test::grid(4, 4);
   EdgeLabels labels;
   EXPECT_EQ(measure(plane, plane, &labels).labels->f1, 1);

@@ -10,7 +10,7 @@ namespace {
 constexpr std::array kAll{MeshFormat::kObj,  MeshFormat::kPly, MeshFormat::kOff, MeshFormat::kStl,
                           MeshFormat::kGltf, MeshFormat::kGlb, MeshFormat::kJson};
 
-TEST(MeshFormat, NameAndMediaTypeLeadBackToTheFormat) {
+TEST(MeshFormat, NameAndMediaTypeIdentifyTheFormat) {
   for (const MeshFormat format : kAll) {
     EXPECT_EQ(format_from_name(format_name(format)), format);
     EXPECT_EQ(format_from_media_type(media_type(format)), format);
@@ -42,7 +42,7 @@ TEST(MeshFormat, MediaTypesIgnoreCaseAndParameters) {
   EXPECT_EQ(format_from_media_type(""), std::nullopt);
 }
 
-TEST(MeshFormat, TextIsRecognisedBehindCommentsAndByteOrderMark) {
+TEST(MeshFormat, TextIsRecognisedAfterCommentsAndByteOrderMark) {
   EXPECT_EQ(sniff_format("# made by hand\n\n  v 0 0 0\n"), MeshFormat::kObj);
   EXPECT_EQ(sniff_format("\xef\xbb\xbfmtllib a.mtl\n"), MeshFormat::kObj);
   EXPECT_EQ(sniff_format("# made by hand\nOFF\n0 0 0\n"), MeshFormat::kOff);
@@ -53,14 +53,14 @@ TEST(MeshFormat, TextIsRecognisedBehindCommentsAndByteOrderMark) {
   EXPECT_EQ(sniff_format(R"({"positions": []})"), MeshFormat::kJson);
 }
 
-TEST(MeshFormat, ABinaryStlIsRecognisedWhateverItsHeadSays) {
+TEST(MeshFormat, ABinaryStlIsRecognisedWhateverItsHeaderSays) {
   for (const std::string head : {"sample", "solid sample", "ply", "OFF", "# v 0 0 0", "v 0 0 0"}) {
     EXPECT_EQ(sniff_format(stl_binary_file(sample_mesh(), head)), MeshFormat::kStl) << head;
   }
   EXPECT_EQ(sniff_format(stl_binary_file(sample_mesh()) + "more"), MeshFormat::kStl);
 }
 
-TEST(MeshFormat, WhatLooksLikeNothingIsNotGuessed) {
+TEST(MeshFormat, UnrecognisableBytesAreNotGuessed) {
   EXPECT_EQ(sniff_format(""), std::nullopt);
   EXPECT_EQ(sniff_format(" \n\t"), std::nullopt);
   EXPECT_EQ(sniff_format("# only a comment"), std::nullopt);

@@ -32,7 +32,7 @@ Moments moments(const std::vector<double>& samples) {
   return {mean, std::sqrt(variance), fourths / count / (variance * variance)};
 }
 
-TEST(Noise, NamesAreThoseOfTheKinds) {
+TEST(Noise, EveryKindHasAName) {
   EXPECT_EQ(noise_kind_from_name("gaussian"), NoiseKind::kGaussian);
   EXPECT_EQ(noise_kind_from_name("normal"), NoiseKind::kNormal);
   EXPECT_EQ(noise_kind_from_name("impulsive"), NoiseKind::kImpulsive);
@@ -45,7 +45,7 @@ TEST(Noise, NamesAreThoseOfTheKinds) {
   }
 }
 
-TEST(Noise, GaussianNoiseIsIsotropicAndOfTheGivenDeviation) {
+TEST(Noise, GaussianNoiseIsIsotropicWithTheGivenDeviation) {
   const Mesh mesh = test::icosphere(5, 3.0);
   const Mesh noisy = add_noise(mesh, 0.4, 7, NoiseKind::kGaussian);
   const double unit = length_unit(mesh);
@@ -97,7 +97,7 @@ TEST(Noise, ImpulsiveNoiseMovesHalfOfTheVertices) {
   EXPECT_NEAR(moments(moved).deviation, 0.5, 0.03);
 }
 
-TEST(Noise, OneSeedGivesOneMeshAndAnotherSeedAnother) {
+TEST(Noise, DependsOnTheSeedAlone) {
   const Mesh mesh = test::cube(6);
   for (const NoiseKind kind : {NoiseKind::kGaussian, NoiseKind::kNormal, NoiseKind::kImpulsive}) {
     const Mesh first = add_noise(mesh, 0.2, 42, kind);
@@ -130,7 +130,7 @@ TEST(Noise, KeepsFacesAndStaysFiniteOverTheFamily) {
   }
 }
 
-TEST(Noise, RefusesADeviationThatIsNone) {
+TEST(Noise, RefusesInvalidDeviations) {
   for (const double sigma : {-0.1, std::numeric_limits<double>::infinity(), std::nan("")}) {
     try {
       add_noise(test::cube(2), sigma, 1, NoiseKind::kNormal);

@@ -13,7 +13,7 @@ namespace {
 const std::set<std::string> kNotForHalfEdges = {"touching_tetrahedra", "finned_grid", "duplicate_faces",
                                                 "repeated_corners",    "mobius",      "inconsistently_wound"};
 
-TEST(OpenMesh, PositionsFacesAndOrderSurviveBothWays) {
+TEST(OpenMesh, PositionsFacesAndOrderSurviveARoundTrip) {
   int held = 0;
   for (const auto& member : test::mesh_family()) {
     if (kNotForHalfEdges.contains(member.name)) continue;
@@ -26,7 +26,7 @@ TEST(OpenMesh, PositionsFacesAndOrderSurviveBothWays) {
   EXPECT_GE(held, 10);
 }
 
-TEST(OpenMesh, ConnectivityIsThatOfTheTopology) {
+TEST(OpenMesh, ConnectivityMatchesTheTopology) {
   const Mesh mesh = test::cad_part(2).mesh;
   const HalfEdgeMesh half_edges = to_openmesh(mesh);
   const Topology topology = build_topology(mesh);
@@ -36,7 +36,7 @@ TEST(OpenMesh, ConnectivityIsThatOfTheTopology) {
   }
 }
 
-TEST(OpenMesh, RefusesWhatAHalfEdgeMeshCannotHoldAndNamesTheFace) {
+TEST(OpenMesh, RefusesWhatAHalfEdgeMeshCannotStoreAndNamesTheFace) {
   for (const auto& member : test::mesh_family()) {
     if (!kNotForHalfEdges.contains(member.name)) continue;
     SCOPED_TRACE(member.name);
@@ -62,7 +62,7 @@ TEST(OpenMesh, NamesTheFirstFaceThatDoesNotFit) {
   }
 }
 
-TEST(OpenMesh, AMeshBuiltInOpenMeshComesIn) {
+TEST(OpenMesh, AMeshBuiltWithOpenMeshIsConverted) {
   HalfEdgeMesh half_edges;
   const auto a = half_edges.add_vertex({0, 0, 0}), b = half_edges.add_vertex({1, 0, 0});
   const auto c = half_edges.add_vertex({0, 1, 0}), d = half_edges.add_vertex({1, 1, 0.125});

@@ -15,7 +15,7 @@ namespace {
 
 using Assignments = std::vector<std::string>;
 
-/// A value other than the default, and the settings under which it is documented to matter: one run of each.
+/// A value that differs from the default, and the settings under which the documentation says that it has an effect.
 struct Effect {
   std::string name, value;
   std::vector<Assignments> contexts = {{}};
@@ -147,7 +147,7 @@ TEST(ParameterEffect, EveryParameterChangesTheResultWhereItIsDocumentedTo) {
   }
 }
 
-TEST(ParameterEffect, EveryWordOfAParameterGivesAResultOfItsOwn) {
+TEST(ParameterEffect, EveryWordOfAParameterGivesADifferentResult) {
   for (const ParameterInfo& info : parameter_table()) {
     std::map<std::string, Outcome> found;
     for (const std::string& word : info.values) {

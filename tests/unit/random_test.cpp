@@ -9,7 +9,7 @@ namespace {
 
 using Words = CounterRandom::Words;
 
-// The known answers that Salmon et al. publish with Philox-4x32-10.
+// The known answers for Philox-4x32-10 [Salmon et al. 2011].
 TEST(CounterRandom, PhiloxGivesThePublishedAnswers) {
   EXPECT_EQ(CounterRandom::philox({0, 0, 0, 0}, {0, 0}), (Words{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8}));
   const std::uint32_t all = 0xffffffff;
@@ -19,7 +19,7 @@ TEST(CounterRandom, PhiloxGivesThePublishedAnswers) {
             (Words{0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1}));
 }
 
-TEST(CounterRandom, EverySiteSweepDrawStreamAndSeedHasWordsOfItsOwn) {
+TEST(CounterRandom, EverySiteSweepDrawStreamAndSeedHasItsOwnWords) {
   std::set<Words> seen;
   for (const std::uint32_t seed : {1U, 2U}) {
     for (const RandomStream stream : {RandomStream::kVertexProcess, RandomStream::kEdgeProcess, RandomStream::kNoise}) {
@@ -34,7 +34,7 @@ TEST(CounterRandom, EverySiteSweepDrawStreamAndSeedHasWordsOfItsOwn) {
   EXPECT_EQ(seen.size(), 2U * 3U * 10U * 10U * 2U);
 }
 
-TEST(CounterRandom, ManySitesAtOnceGetTheWordsOfEach) {
+TEST(CounterRandom, ManySitesAtOnceGetTheSameWordsAsEachAlone) {
   const CounterRandom random(3, RandomStream::kVertexProcess);
   const std::array<std::uint32_t, 8> sites{0, 7, 1, 1000, 0xffffffff, 5, 5, 42};
   const auto words = random(17, sites);
@@ -43,7 +43,7 @@ TEST(CounterRandom, ManySitesAtOnceGetTheWordsOfEach) {
   }
 }
 
-TEST(CounterRandom, UnitNumbersStayInsideTheirInterval) {
+TEST(CounterRandom, UnitNumbersStayInTheirInterval) {
   EXPECT_GT(CounterRandom::unit(0), 0.0);
   EXPECT_LT(CounterRandom::unit(0xffffffff), 1.0);
   EXPECT_GT(CounterRandom::symmetric(0), -1.0);

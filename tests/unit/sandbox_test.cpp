@@ -49,7 +49,7 @@ v1::ComputeLimits limits(std::uint64_t memory_bytes = 0, std::uint64_t cpu_secon
   return all;
 }
 
-/// The wait status of a confined process that does `work` and ends with what that returns.
+/// Runs `work` in a confined process, whose exit code is what it returns. Returns the wait status.
 int confined(const v1::ComputeLimits& under, const std::function<int()>& work) {
   const Confinement confinement;
   return wait_for_process(fork_process([&] {
@@ -68,7 +68,7 @@ class ConfinementTest : public testing::Test {
   }
 };
 
-TEST_F(ConfinementTest, KillsWhoRunsAProgramConnectsOrLooksIntoOthers) {
+TEST_F(ConfinementTest, KillsAProcessThatRunsAProgramConnectsOrInspectsOthers) {
   EXPECT_TRUE(killed(confined(limits(), [] { return ::execl("/bin/true", "true", nullptr); }), SIGSYS));
   EXPECT_TRUE(killed(confined(limits(), [] { return ::socket(AF_INET, SOCK_STREAM, 0); }), SIGSYS));
   EXPECT_TRUE(killed(confined(limits(), [] { return ::socket(AF_UNIX, SOCK_DGRAM, 0); }), SIGSYS));
@@ -77,7 +77,7 @@ TEST_F(ConfinementTest, KillsWhoRunsAProgramConnectsOrLooksIntoOthers) {
   EXPECT_TRUE(killed(confined(limits(), [] { return ::unshare(CLONE_NEWUSER); }), SIGSYS));
 }
 
-TEST_F(ConfinementTest, OpensNoFileAndStartsNoProcess) {
+TEST_F(ConfinementTest, ForbidsOpeningFilesAndStartingProcesses) {
   const auto refused = [](const std::function<long()>& call) {
     return succeeded(confined(limits(), [&] {
       errno = 0;
@@ -98,7 +98,7 @@ TEST_F(ConfinementTest, OpensNoFileAndStartsNoProcess) {
   EXPECT_TRUE(refused([&] { return ::setrlimit(RLIMIT_CPU, &more); }));
 }
 
-TEST_F(ConfinementTest, LetsComputeOnManyThreadsAndWriteWhatIsOpen) {
+TEST_F(ConfinementTest, AllowsThreadsAndWritingToOpenFiles) {
   const crease::test::TemporaryFolder folder;
   const Descriptor file(::open((folder.path() / "file").c_str(), O_CREAT | O_WRONLY, 0600));
   EXPECT_TRUE(succeeded(confined(limits(2048 * kMiB, 60, kMiB), [&] {
@@ -152,7 +152,7 @@ class SandboxTest : public testing::Test {
     task.mutable_limits()->set_max_vertices(10'000'000);
     return task;
   }
-  /// All of a task's events, read to its end.
+  /// All events of a task, up to its end.
   static std::vector<v1::ComputeEvent> events_of(Sandbox& sandbox) {
     std::vector<v1::ComputeEvent> events;
     while (!sandbox.ended()) {
@@ -162,7 +162,7 @@ class SandboxTest : public testing::Test {
     }
     return events;
   }
-  /// Processes whose parent is `process`.
+  /// The ids of the child processes of `process`.
   static std::vector<int> children_of(int process) {
     std::ifstream list("/proc/" + std::to_string(process) + "/task/" + std::to_string(process) + "/children");
     return {std::istream_iterator<int>(list), {}};
@@ -171,7 +171,7 @@ class SandboxTest : public testing::Test {
   const crease::test::TemporaryFolder folder_;
 };
 
-TEST_F(SandboxTest, RunsOneTaskAfterAnotherEachInAProcessOfItsOwn) {
+TEST_F(SandboxTest, RunsEachTaskInItsOwnProcess) {
   Sandbox sandbox(CREASED_BIN);
   for (int i = 1; i <= 5; ++i) {
     const Descriptor upload = file(obj_text(crease::test::cube(i)));
@@ -186,7 +186,7 @@ TEST_F(SandboxTest, RunsOneTaskAfterAnotherEachInAProcessOfItsOwn) {
   EXPECT_TRUE(children_of(sandbox.process_id()).empty());
 }
 
-TEST_F(SandboxTest, ATaskThatIsKilledIsALossAndTheNextOneRuns) {
+TEST_F(SandboxTest, AKilledTaskIsLostAndTheNextOneRuns) {
   Sandbox sandbox(CREASED_BIN);
   const Descriptor slow = file(obj_text(crease::test::grid(600, 600)));
   const int slow_number = slow.get();
@@ -206,7 +206,7 @@ TEST_F(SandboxTest, ATaskThatIsKilledIsALossAndTheNextOneRuns) {
   EXPECT_EQ(events_of(sandbox).size(), 1U);
 }
 
-TEST_F(SandboxTest, ATaskOverItsProcessorTimeIsALossByLimit) {
+TEST_F(SandboxTest, ATaskOverItsProcessorTimeIsLostByALimit) {
   Sandbox sandbox(CREASED_BIN);
   v1::ComputeTask task;
   task.mutable_limits()->set_cpu_seconds(1);
@@ -243,10 +243,10 @@ TEST_F(SandboxTest, ATaskDiesWithTheProcessThatStartedIt) {
   EXPECT_TRUE(sandbox.ended());
 }
 
-TEST(ChannelTest, MessagesKeepTheirBoundariesAndBringTheirDescriptors) {
+TEST(ChannelTest, MessagesKeepTheirBoundariesAndDescriptors) {
   auto [here, there] = make_channel();
   v1::RunOrder order;
-  ASSERT_TRUE(send_message(here.get(), order)) << "an empty message is one, too";
+  ASSERT_TRUE(send_message(here.get(), order)) << "an empty message is a message";
   order.set_file(v1::RUN_FILE_REPORT);
   std::array<int, 2> ends{};
   ASSERT_EQ(::pipe(ends.data()), 0);
@@ -272,7 +272,7 @@ TEST(ChannelTest, MessagesKeepTheirBoundariesAndBringTheirDescriptors) {
   EXPECT_FALSE(send_message(there.get(), order));
 }
 
-TEST(ChannelTest, WhatAPeerSaidIsReadThoughItLeftWithoutListening) {
+TEST(ChannelTest, MessagesOfAPeerThatLeftWithUnreadInputAreRead) {
   auto [here, there] = make_channel();
   v1::RunOrder order;
   order.set_stop(true);
@@ -285,7 +285,7 @@ TEST(ChannelTest, WhatAPeerSaidIsReadThoughItLeftWithoutListening) {
   EXPECT_EQ(receive_message(there.get(), found), Receipt::kEnded);
 }
 
-TEST(ChannelTest, WhatIsNoMessageEndsIt) {
+TEST(ChannelTest, InvalidMessagesEndTheChannel) {
   for (const std::string& bytes : {std::string(1, '\0') + "\xff\xff\xff", std::string(200'000, '\0')}) {
     auto [here, there] = make_channel();
     ASSERT_EQ(::send(here.get(), bytes.data(), bytes.size(), 0), static_cast<ssize_t>(bytes.size()));

@@ -23,7 +23,7 @@ std::vector<test::NamedMesh> family_and_larger() {
 
 using TouchedBy = std::function<std::vector<Index>(Index site)>;
 
-/// No vertex is touched by two tasks of one phase.
+/// Checks that no two tasks of a phase touch the same vertex.
 void expect_tasks_apart(const Schedule& schedule, const TouchedBy& touched_by, const std::string& name) {
   for (std::size_t phase = 0; phase + 1 < schedule.phases.size(); ++phase) {
     std::map<Index, std::size_t> task_at;
@@ -81,7 +81,7 @@ TEST(Schedule, VerticesOfFacesAreVisitedOnceAndTasksOfAPhaseLieApart) {
   }
 }
 
-TEST(Schedule, VerticesOfARunAreNoNeighbours) {
+TEST(Schedule, VerticesOfARunAreNotNeighbours) {
   for (const auto& [name, mesh, manifold, closed, degenerate] : family_and_larger()) {
     const Topology topology = build_topology(mesh);
     const Schedule schedule = schedule_vertices(mesh, topology);

@@ -26,7 +26,7 @@ std::set<std::string> all_matches(const std::string& text, const std::string& pa
   return found;
 }
 
-/// Flags of `creased serve`; in those groups only, if any are named.
+/// The flags of `creased serve`, or only those in `groups` unless it is empty.
 std::set<std::string> flags(const std::set<std::string>& groups = {}) {
   CLI::App app;
   ServeConfig config;
@@ -38,19 +38,19 @@ std::set<std::string> flags(const std::set<std::string>& groups = {}) {
   return names;
 }
 
-TEST(SecurityPage, NamesEveryFlagThatKeepsStrangersOutOrInBounds) {
+TEST(SecurityPage, NamesEveryFlagOfAccessAndLimits) {
   const auto wanted = flags({"Access", "Limits"});
   EXPECT_GT(wanted.size(), 25U);
   EXPECT_THAT(wanted, IsSubsetOf(all_matches(page(), "`(--[a-z-]+)")));
 }
 
-TEST(SecurityPage, NamesNoFlagThatIsNotThere) {
+TEST(SecurityPage, NamesNoUnknownFlag) {
   auto known = flags();
   known.insert("--help");
   EXPECT_THAT(all_matches(page(), "`(--[a-z-]+)"), IsSubsetOf(known));
 }
 
-TEST(SecurityPage, NamesEveryCodeOfRefusingCallersAndOfLimits) {
+TEST(SecurityPage, NamesEveryCodeOfAccessAndLimits) {
   const std::set<int> statuses = {401, 403, 408, 413, 414, 429, 431, 503, 507};
   const std::set<std::string> named = all_matches(page(), "`([a-z]+(_[a-z]+)*)`");
   for (const auto& kind : crease::error_table()) {
@@ -58,7 +58,7 @@ TEST(SecurityPage, NamesEveryCodeOfRefusingCallersAndOfLimits) {
   }
 }
 
-TEST(SecurityPage, HasTheStatusesOfItsCodes) {
+TEST(SecurityPage, GivesTheRightStatusOfEachCode) {
   const std::string text = page();
   const std::regex pair("([45][0-9]{2}) `([a-z_]+)`");
   std::size_t count = 0;

@@ -27,7 +27,7 @@ double triangle_area(const Mesh& mesh, Index face) {
   return std::sqrt(std::max(ab.squaredNorm() * ac.squaredNorm() - std::pow(ab.dot(ac), 2), 0.0)) / 2;
 }
 
-/// Rings of vertices between each vertex and the nearest ridge, at most four, by relaxing every edge again and again.
+/// Number of rings between each vertex and the nearest ridge, at most four, by relaxing all edges repeatedly.
 std::vector<int> rings_from_ridges(const Topology& topology, const std::vector<double>& labels) {
   std::vector<int> rings(topology.vertex_edges.size(), 4);
   for (int round = 0; round <= 4; ++round) {
@@ -41,7 +41,7 @@ std::vector<int> rings_from_ridges(const Topology& topology, const std::vector<d
   return rings;
 }
 
-/// The energy as the header has it, with default weights but for a₀.
+/// The energy as the header defines it, with default weights except for a₀.
 double brute_force(const Mesh& mesh, const Topology& topology, const std::vector<double>& labels,
                    const std::vector<Index>& segments, double small_area) {
   const std::vector<double> angles = signed_dihedral_angles(mesh, topology, mesh.positions);
@@ -85,7 +85,7 @@ TEST(Segmentation, EnergyAgreesWithItsDefinition) {
   }
 }
 
-/// The smallest energy over all ways to part the faces.
+/// The smallest energy over all partitions of the faces.
 double best_energy(const SegmentField& field, std::vector<Index>& segments, std::size_t face, Index used) {
   if (face == segments.size()) return field.energy(segments);
   double best = 1e9;
@@ -96,7 +96,7 @@ double best_energy(const SegmentField& field, std::vector<Index>& segments, std:
   return best;
 }
 
-TEST(Segmentation, IsTheBestOfAllOnMostOctahedra) {
+TEST(Segmentation, IsOptimalOnMostOctahedra) {
   const Mesh mesh{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}},
                   {{0, 1, 2}, {1, 3, 2}, {3, 4, 2}, {4, 0, 2}, {1, 0, 5}, {3, 1, 5}, {4, 3, 5}, {0, 4, 5}}};
   const Topology topology = build_topology(mesh);
@@ -158,7 +158,7 @@ TEST(Segmentation, AnExpansionNeverRaisesTheEnergy) {
   }
 }
 
-TEST(Segmentation, OfKnownParts) {
+TEST(Segmentation, FindsKnownParts) {
   EXPECT_EQ(segments_of(labelled(test::cube(1))).count, 6U);
   EXPECT_EQ(segments_of(labelled(test::cube(8))).count, 6U);
   EXPECT_EQ(segments_of(labelled(test::cylinder(24, 6, 1, 2))).count, 3U);
@@ -166,7 +166,7 @@ TEST(Segmentation, OfKnownParts) {
   EXPECT_EQ(segments_of(labelled(test::grid(7, 7))).count, 1U);
 }
 
-/// The cube's faces by their planes, in the order of the first faces.
+/// The plane of each face of the cube, numbered in the order of the first faces.
 std::vector<Index> planes(const Mesh& mesh) {
   std::map<std::array<int, 3>, Index> numbers;
   std::vector<Index> result;
@@ -193,7 +193,7 @@ TEST(Segmentation, GapsInRidgesAreClosed) {
   }
 }
 
-/// A flat square with the label 0.9 on the edges that `choose` picks by their ends.
+/// A flat square with the label 0.9 on the edges that `choose` selects by their ends.
 template <typename Choose>
 LabelledMesh square(int size, Choose choose) {
   LabelledMesh result = labelled(test::grid(size, size));
@@ -219,7 +219,7 @@ TEST(Segmentation, AGapIsClosedEvenWhereTheSurfaceIsFlat) {
   }
 }
 
-TEST(Segmentation, StrayRidgesAndSpecksPartNothing) {
+TEST(Segmentation, StrayRidgesAndSpecksDoNotSplitSegments) {
   EXPECT_EQ(segments_of(square(20,
                                [](const Vec3& a, const Vec3& b) {
                                  return std::lround(a.x() * 7 + a.y() * 13 + b.x() * 5 + b.y()) % 29 == 0;
@@ -239,7 +239,7 @@ TEST(Segmentation, StrayRidgesAndSpecksPartNothing) {
   EXPECT_EQ(segments_of(speck).count, 1U);
 }
 
-TEST(Segmentation, NothingReachesAcrossNonManifoldEdges) {
+TEST(Segmentation, SegmentsEndAtNonManifoldEdges) {
   for (const auto& member : test::mesh_family()) {
     SCOPED_TRACE(member.name);
     const Topology topology = build_topology(member.mesh);
@@ -252,7 +252,7 @@ TEST(Segmentation, NothingReachesAcrossNonManifoldEdges) {
   }
 }
 
-/// Features in terms that do not depend on numbers: classes by vertex, segments as sets of faces, lines as sets.
+/// Features in a form that does not depend on numbering: classes by vertex, segments as sets of faces, lines as sets.
 struct Unnumbered {
   std::vector<VertexClass> classes;
   std::set<std::set<Index>> segments;
@@ -260,7 +260,7 @@ struct Unnumbered {
   bool operator==(const Unnumbered&) const = default;
 };
 
-/// `vertex` and `face` give the names under which to list.
+/// `vertex` and `face` map numbers to the names to use.
 Unnumbered unnumbered(const Features& features, const std::vector<Index>& vertex, const std::vector<Index>& face) {
   Unnumbered result;
   result.classes.resize(vertex.size());
@@ -312,7 +312,7 @@ TEST(Features, ArePermutedWhenTheMeshIsRenumbered) {
   }
 }
 
-TEST(Features, OfACube) {
+TEST(Features, AreRightOnACube) {
   const LabelledMesh cube = labelled(test::cube(4));
   const Features features = find_features(cube.mesh, build_topology(cube.mesh), cube.mesh.positions, cube.labels);
   EXPECT_EQ(features.corners.size(), 8U);

@@ -44,7 +44,7 @@ TEST(Smooth, AnyNumberOfThreadsGivesTheSameBits) {
   }
 }
 
-TEST(Smooth, AnotherSeedGivesAnotherResult) {
+TEST(Smooth, ADifferentSeedGivesADifferentResult) {
   const Mesh mesh = add_noise(test::icosphere(2), 0.3, 1, NoiseKind::kGaussian);
   SmoothOptions options = short_run();
   const SmoothResult first = run(mesh, options);
@@ -52,7 +52,7 @@ TEST(Smooth, AnotherSeedGivesAnotherResult) {
   EXPECT_NE(run(mesh, options).positions, first.positions);
 }
 
-TEST(Smooth, EveryMeshOfTheFamilyComesBackFiniteWithLabelsFromZeroToOne) {
+TEST(Smooth, ResultsAreFiniteWithLabelsFromZeroToOneForEveryMesh) {
   for (const auto& [name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
     const Topology topology = build_topology(mesh);
     RunContext context;
@@ -150,7 +150,7 @@ TEST(Smooth, TheStepSizeFollowsTheAcceptanceRate) {
   }
 }
 
-TEST(Smooth, AnEndAskedForComesBeforeTheNextSweep) {
+TEST(Smooth, StopsBeforeTheNextSweepWhenAsked) {
   RunContext context;
   std::uint32_t calls = 0;
   context.on_sweep = [&](const SweepView& view) {

@@ -13,7 +13,7 @@ class AttemptsTest : public StoreTest {
   v1::Job job(const std::string& id = "abc") { return store().find(id).value(); }
 };
 
-TEST_F(AttemptsTest, ALostJobIsQueuedAgainAndFailsAfterThreeAttemptsWithWhatBecameOfEach) {
+TEST_F(AttemptsTest, ALostJobIsQueuedAgainAndFailsAfterThreeAttempts) {
   submit("abc");
   for (std::uint32_t attempt = 1; attempt <= 3; ++attempt) {
     EXPECT_EQ(state("abc"), "queued");
@@ -21,7 +21,7 @@ TEST_F(AttemptsTest, ALostJobIsQueuedAgainAndFailsAfterThreeAttemptsWithWhatBeca
     EXPECT_EQ(held.attempt, attempt);
     EXPECT_TRUE(store().lose(held, attempt == 2 ? Loss{.what = "was killed by signal 9 (SIGKILL)"} : kCrash));
     EXPECT_EQ(store().check(held), Hold::kLost);
-    EXPECT_FALSE(store().lose(held, kCrash)) << "it is lost already";
+    EXPECT_FALSE(store().lose(held, kCrash)) << "the attempt is already lost";
   }
   EXPECT_FALSE(store().claim("w", kLong));
   EXPECT_EQ(job().state(), "failed");
@@ -34,7 +34,7 @@ TEST_F(AttemptsTest, ALostJobIsQueuedAgainAndFailsAfterThreeAttemptsWithWhatBeca
   EXPECT_TRUE(job().has_expires_at());
 }
 
-TEST_F(AttemptsTest, ALeaseThatRunsOutThreeTimesFailsTheJob) {
+TEST_F(AttemptsTest, AJobWhoseLeaseExpiresThreeTimesFails) {
   submit("abc");
   for (std::uint32_t attempt = 1; attempt <= 3; ++attempt) {
     EXPECT_EQ(store().claim("w", kOver).value().attempt, attempt);
@@ -45,7 +45,7 @@ TEST_F(AttemptsTest, ALeaseThatRunsOutThreeTimesFailsTheJob) {
   EXPECT_THAT(job().error().detail(), HasSubstr("3 attempts in a row were lost: attempt 1 stopped responding"));
 }
 
-TEST_F(AttemptsTest, AttemptsThatGetOnDoNotCountAgainstAJob) {
+TEST_F(AttemptsTest, AttemptsThatMakeProgressDoNotCount) {
   submit("abc");
   for (std::uint32_t attempt = 1; attempt <= 10; ++attempt) {
     const Claim held = claim();
@@ -57,20 +57,20 @@ TEST_F(AttemptsTest, AttemptsThatGetOnDoNotCountAgainstAJob) {
   store().lose(claim(), kCrash);
   EXPECT_EQ(state("abc"), "queued");
   store().lose(claim(), kCrash);
-  EXPECT_EQ(state("abc"), "failed") << "the tenth and two more came no further";
+  EXPECT_EQ(state("abc"), "failed") << "three attempts in a row made no progress";
 }
 
-TEST_F(AttemptsTest, AttemptsThatWereLostWithTheirServerCountAQuarter) {
+TEST_F(AttemptsTest, AttemptsLostWithTheirServerCountAQuarter) {
   const Loss restart{.what = "ended with its server", .with_server = true};
   submit("abc");
   for (int attempt = 1; attempt <= 11; ++attempt) EXPECT_TRUE(store().lose(claim(), restart));
   EXPECT_EQ(state("abc"), "queued");
   store().lose(claim(), restart);
-  EXPECT_EQ(state("abc"), "failed") << "a job must not take its server down for ever";
+  EXPECT_EQ(state("abc"), "failed") << "a job must not crash its server forever";
   EXPECT_THAT(job().error().detail(), HasSubstr("12 attempts in a row were lost"));
 }
 
-TEST_F(AttemptsTest, LimitsCountHoweverFarAnAttemptCame) {
+TEST_F(AttemptsTest, AttemptsOverALimitCountInSpiteOfProgress) {
   submit("abc");
   for (int attempt = 1; attempt <= 3; ++attempt) {
     const Claim held = claim();
@@ -82,7 +82,7 @@ TEST_F(AttemptsTest, LimitsCountHoweverFarAnAttemptCame) {
   EXPECT_THAT(job().error().detail(), HasSubstr("attempt 3 needed more than 5 s of processor time"));
 }
 
-TEST_F(AttemptsTest, AWorkerThatIsNoMoreLosesAllThatItHadAndNothingElse) {
+TEST_F(AttemptsTest, AnEndedWorkerLosesItsOwnClaimsOnly) {
   submit("a");
   submit("b");
   submit("c");
@@ -93,12 +93,12 @@ TEST_F(AttemptsTest, AWorkerThatIsNoMoreLosesAllThatItHadAndNothingElse) {
   EXPECT_EQ(store().check(a), Hold::kLost);
   EXPECT_EQ(store().check(b), Hold::kHeld);
   EXPECT_EQ(state("a"), "queued");
-  EXPECT_EQ(claim().job_id, "a") << "it has kept its place";
+  EXPECT_EQ(claim().job_id, "a") << "the job has kept its place";
   store().lose_all("dead", kCrash);
   EXPECT_EQ(state("a"), "running");
 }
 
-TEST_F(AttemptsTest, ALostJobThatWasToBeCancelledIsCancelled) {
+TEST_F(AttemptsTest, ALostJobWithACancelRequestIsCancelled) {
   submit("abc");
   const Claim held = claim();
   store().cancel("abc");
@@ -106,7 +106,7 @@ TEST_F(AttemptsTest, ALostJobThatWasToBeCancelledIsCancelled) {
   EXPECT_EQ(state("abc"), "cancelled");
 }
 
-TEST_F(AttemptsTest, APoisonJobDoesNotKeepOthersWaiting) {
+TEST_F(AttemptsTest, AFailingJobDoesNotBlockOthers) {
   submit("bad");
   submit("cafe");
   for (int attempt = 1; attempt <= 3; ++attempt) store().lose(claim(), kCrash);

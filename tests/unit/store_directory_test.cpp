@@ -3,7 +3,7 @@
 namespace creased::test {
 namespace {
 
-TEST_F(StoreTest, NoIdLeadsOutOfTheDataDirectory) {
+TEST_F(StoreTest, NoIdLeavesTheDataDirectory) {
   for (const std::string id : {"", ".", "..", "../abc", "a/b", "/etc", "ABC", "a b", "g", "a\n", "abc.."}) {
     EXPECT_FALSE(JobFiles::valid_id(id)) << id;
     EXPECT_EQ(error_code([&] { store().upload_path(id); }), code::kJobNotFound) << id;
@@ -20,7 +20,7 @@ TEST_F(StoreTest, NoIdLeadsOutOfTheDataDirectory) {
   EXPECT_EQ(store().file_path("0af-1", "result.pb"), job_folder("0af-1") / "result.pb");
 }
 
-TEST_F(StoreTest, AJobSurvivesAKillRightAfterItsSubmission) {
+TEST_F(StoreTest, AJobSurvivesAKillRightAfterSubmission) {
   const pid_t process = fork_process([this] {
     submit("abc");
     ::kill(::getpid(), SIGKILL);
@@ -33,7 +33,7 @@ TEST_F(StoreTest, AJobSurvivesAKillRightAfterItsSubmission) {
   EXPECT_EQ(store().claim("w", kLong).value().job_id, "abc");
 }
 
-TEST_F(StoreTest, ADataDirectoryThatCannotBeIsAnErrorWithItsReason) {
+TEST_F(StoreTest, AnUnusableDataDirectoryIsAnErrorWithItsReason) {
   std::ofstream(folder_.path() / "file") << "no folder";
   try {
     open_store({.data_dir = folder_.path() / "file" / "data"});
@@ -44,7 +44,7 @@ TEST_F(StoreTest, ADataDirectoryThatCannotBeIsAnErrorWithItsReason) {
   }
 }
 
-TEST_F(StoreTest, AStoreThatCannotWriteIsNotReadyAndSaysWhy) {
+TEST_F(StoreTest, AStoreThatCannotWriteIsNotReady) {
   EXPECT_THAT(store().not_ready_reason(), IsEmpty());
   store_.reset();
   const pid_t process = fork_process([this] {
@@ -62,7 +62,7 @@ TEST_F(StoreTest, AStoreThatCannotWriteIsNotReadyAndSaysWhy) {
   EXPECT_FALSE(fs::exists(job_folder("abc")));
 }
 
-TEST_F(StoreTest, OtherStoresAreRefusedByName) {
+TEST_F(StoreTest, UnknownStoresAreRefused) {
   const auto refusal = [&](const std::string& url) {
     try {
       open_store({.url = url, .data_dir = folder_.path()});
@@ -75,7 +75,7 @@ TEST_F(StoreTest, OtherStoresAreRefusedByName) {
   EXPECT_THAT(refusal("mysql://localhost"), HasSubstr("store_unavailable: unknown store 'mysql://localhost'"));
 }
 
-TEST_F(StoreTest, ADatabaseOfALaterVersionIsLeftAlone) {
+TEST_F(StoreTest, ADatabaseOfALaterVersionIsNotChanged) {
   submit("abc");
   store_.reset();
   const fs::path path = folder_.path() / "data" / "creased.db";
@@ -85,7 +85,7 @@ TEST_F(StoreTest, ADatabaseOfALaterVersionIsLeftAlone) {
   EXPECT_EQ(state("abc"), "queued");
 }
 
-TEST_F(StoreTest, LeftoversOfKilledProcessesGoOnceTheyAreOld) {
+TEST_F(StoreTest, OldLeftoversOfKilledProcessesAreRemoved) {
   submit("abc");
   const fs::path old_upload = store().temporary_path(), new_upload = store().temporary_path();
   for (const fs::path& path : {old_upload, new_upload}) std::ofstream(path) << "half an upl";

@@ -42,7 +42,7 @@ class KeepingTest : public StoreTest {
   }
 };
 
-TEST_F(KeepingTest, AnEndedJobExpiresAfterItsOwnTimeAndNoByteOfItIsLeft) {
+TEST_F(KeepingTest, AnEndedJobExpiresAfterItsRetentionTimeAndLeavesNothing) {
   add(request("aaa", "", 0));
   add(request("bbb", "", 24));
   EXPECT_FALSE(store().find("aaa").value().has_expires_at()) << "it has not ended";
@@ -58,7 +58,7 @@ TEST_F(KeepingTest, AnEndedJobExpiresAfterItsOwnTimeAndNoByteOfItIsLeft) {
   EXPECT_GT(store().find("bbb").value().expires_at(), store().find("bbb").value().finished_at());
 }
 
-TEST_F(KeepingTest, EveryEndHasItsExpiry) {
+TEST_F(KeepingTest, EveryEndedJobExpires) {
   for (const char* id : {"aaa", "bbb", "ccc", "ddd"}) add(request(id, "", 0));
   store().fail(store().claim("w", kLong).value(), {});
   store().cancel("bbb");
@@ -71,7 +71,7 @@ TEST_F(KeepingTest, EveryEndHasItsExpiry) {
   EXPECT_THAT(store().remove_expired(), testing::UnorderedElementsAre("aaa", "bbb", "ccc", "ddd"));
 }
 
-TEST_F(KeepingTest, TheHousekeeperRemovesAndTells) {
+TEST_F(KeepingTest, TheHousekeeperRemovesAndReports) {
   add(request("aaa", "", 0));
   succeed("aaa");
   std::mutex mutex;
@@ -87,11 +87,11 @@ TEST_F(KeepingTest, TheHousekeeperRemovesAndTells) {
   EXPECT_FALSE(store().find("aaa"));
 }
 
-TEST_F(KeepingTest, ARemovalThatWasCutShortIsFinishedByTheNextProcess) {
+TEST_F(KeepingTest, AnInterruptedRemovalIsFinishedByTheNextProcess) {
   add(request("aaa"));
   store_.reset();
   {
-    // What a process leaves that is killed between the row and the files.
+    // The state after a process was killed between removing the row and the files.
     SQLite::Database database((folder_.path() / "data" / "creased.db").string(), SQLite::OPEN_READWRITE);
     database.exec("DELETE FROM jobs WHERE id = 'aaa'");
   }
@@ -101,18 +101,18 @@ TEST_F(KeepingTest, ARemovalThatWasCutShortIsFinishedByTheNextProcess) {
   EXPECT_TRUE(fs::is_empty(incoming()));
 }
 
-TEST_F(KeepingTest, WhatIsRemovedIsGoneFromTheDatabaseToo) {
+TEST_F(KeepingTest, RemovedDataIsErasedFromTheDatabaseFile) {
   NewJob secret = request("aaa");
   secret.input.set_name("a-very-secret-part.obj");
   add(secret);
   store_.reset();
   ASSERT_TRUE(row_anywhere("a-very-secret-part"));
   EXPECT_TRUE(store().remove("aaa"));
-  store_.reset();  // the last connection to close brings the log into the database
+  store_.reset();  // closing the last connection merges the log into the database
   EXPECT_FALSE(row_anywhere("a-very-secret-part"));
 }
 
-TEST_F(KeepingTest, TheQuotaIsRefusedBeforeItIsReachedAndRoomComesBackWithRemoval) {
+TEST_F(KeepingTest, JobsOverTheQuotaAreRefusedAndRemovalFreesSpace) {
   const auto bounded = with_quota(1 * kMiB);
   bool created = false;
   std::vector<std::string> ids;
@@ -124,13 +124,13 @@ TEST_F(KeepingTest, TheQuotaIsRefusedBeforeItIsReachedAndRoomComesBackWithRemova
   EXPECT_GT(ids.size(), 1U);
   EXPECT_EQ(std::distance(fs::directory_iterator(job_folder("abc").parent_path()), {}),
             static_cast<std::ptrdiff_t>(ids.size()))
-      << "nothing is left of what was refused";
+      << "a refused submission leaves nothing";
   EXPECT_TRUE(fs::is_empty(incoming()));
   EXPECT_TRUE(bounded->remove(ids.back()));
   EXPECT_EQ(error_code([&] { bounded->submit(new_job(*bounded, "abc", "upload"), created); }), "no error");
 }
 
-TEST_F(KeepingTest, WhatAJobKeepsIsCountedByTheByte) {
+TEST_F(KeepingTest, TheBytesOfAJobAreCounted) {
   add(request("aaa", "anna"));
   EXPECT_GT(used("anna"), 0);
   succeed("aaa");
@@ -147,7 +147,7 @@ TEST_F(KeepingTest, WhatAJobKeepsIsCountedByTheByte) {
   EXPECT_TRUE(store().charge("ccc", kMiB / 2));
 }
 
-TEST_F(KeepingTest, OwnersSeeTheirOwnJobsOnly) {
+TEST_F(KeepingTest, OwnersSeeOnlyTheirOwnJobs) {
   add(request("aaa", "anna"));
   add(request("bbb", "bert"));
   EXPECT_TRUE(store().find("aaa", "anna"));
@@ -171,7 +171,7 @@ TEST_F(KeepingTest, OwnersSeeTheirOwnJobsOnly) {
   EXPECT_TRUE(store().remove("bbb", "bert"));
 }
 
-TEST_F(KeepingTest, IdempotencyKeysAreTheirOwners) {
+TEST_F(KeepingTest, IdempotencyKeysBelongToTheirOwners) {
   bool created = false;
   NewJob first = request("aaa", "anna"), second = request("bbb", "bert");
   first.idempotency_key = second.idempotency_key = "same";
@@ -180,7 +180,7 @@ TEST_F(KeepingTest, IdempotencyKeysAreTheirOwners) {
   EXPECT_TRUE(created);
 }
 
-TEST_F(KeepingTest, OwnersHaveBoundsOfTheirOwn) {
+TEST_F(KeepingTest, OwnersHaveTheirOwnLimits) {
   const auto bounded = [this](const std::string& owner, OwnerLimits limits) {
     NewJob job = request("abc", owner);
     job.owner_limits = limits;
@@ -191,12 +191,12 @@ TEST_F(KeepingTest, OwnersHaveBoundsOfTheirOwn) {
   EXPECT_EQ(bounded("anna", {.max_queued = 2}), code::kKeyQueueFull);
   EXPECT_EQ(bounded("bert", {.max_queued = 2}), "no error");
   ASSERT_TRUE(store().claim("w", kLong));
-  EXPECT_EQ(bounded("anna", {.max_queued = 2}), "no error") << "one of hers runs now";
+  EXPECT_EQ(bounded("anna", {.max_queued = 2}), "no error") << "one of her jobs is running";
   EXPECT_EQ(bounded("anna", {.max_bytes = 100}), code::kQuotaExceeded);
   EXPECT_EQ(bounded("carl", {.max_bytes = kMiB}), "no error");
 }
 
-// The schema that version 0.1.0 came with, and a job as it wrote it.
+// The schema of version 0.1.0 and a job in the form that it wrote.
 constexpr const char* kFirstSchema = R"sql(
   CREATE TABLE change_counter (version INTEGER NOT NULL);
   INSERT INTO change_counter VALUES (7);
@@ -214,7 +214,7 @@ constexpr const char* kFirstSchema = R"sql(
   PRAGMA user_version = 1;
 )sql";
 
-TEST_F(KeepingTest, ADatabaseOfTheFirstVersionIsBroughtToThePresentOne) {
+TEST_F(KeepingTest, ADatabaseOfTheFirstVersionIsMigrated) {
   fs::create_directories(folder_.path() / "data");
   SQLite::Database((folder_.path() / "data" / "creased.db").string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
       .exec(kFirstSchema);
@@ -223,7 +223,7 @@ TEST_F(KeepingTest, ADatabaseOfTheFirstVersionIsBroughtToThePresentOne) {
   EXPECT_EQ(ended.state(), "succeeded");
   EXPECT_EQ(ended.created_at(), "1970-01-01T00:00:01.000Z");
   EXPECT_TRUE(ended.has_expires_at());
-  EXPECT_THAT(store().remove_expired(), IsEmpty()) << "its time counts from now";
+  EXPECT_THAT(store().remove_expired(), IsEmpty()) << "its retention time starts at the migration";
   EXPECT_EQ(store().queued(), 1U);
   EXPECT_EQ(store().last_version(), 7U);
   NewJob retry = request("ccc");

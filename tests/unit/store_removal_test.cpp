@@ -9,7 +9,7 @@ namespace {
 
 class RemovalTest : public StoreTest {};
 
-TEST_F(RemovalTest, OfManyAtOnceDoNotStumbleOverEachOther) {
+TEST_F(RemovalTest, ConcurrentRemovalsDoNotConflict) {
   constexpr int kThreads = 6, kJobs = 25;
   store();
   std::mutex mutex;

@@ -3,7 +3,7 @@
 namespace creased::test {
 namespace {
 
-TEST_F(StoreTest, ASubmittedJobComesBackWhole) {
+TEST_F(StoreTest, ASubmittedJobIsReturnedComplete) {
   NewJob request = new_job(store(), "0123abcd", "bytes");
   request.input.set_faces(7);
   request.warnings.emplace_back().set_code("polygons_triangulated");
@@ -24,7 +24,7 @@ TEST_F(StoreTest, ASubmittedJobComesBackWhole) {
   EXPECT_EQ(read_file(store().upload_path(job.id())), "bytes");
 }
 
-TEST_F(StoreTest, WeightsGoWithTheUpload) {
+TEST_F(StoreTest, WeightsAreStoredWithTheUpload) {
   const auto weighted = [this](const std::string& key) {
     NewJob request = new_job(store(), "abc", "bytes");
     request.idempotency_key = key;
@@ -145,7 +145,7 @@ TEST_F(StoreTest, ProcessesAndThreadsNeverClaimAJobTwice) {
   EXPECT_EQ(std::set<std::string>(claimed.begin(), claimed.end()).size(), claimed.size());
 }
 
-TEST_F(StoreTest, AJobWhoseLeaseRanOutIsClaimedAgainAndTheFirstWorkerHasLostIt) {
+TEST_F(StoreTest, AJobWithAnExpiredLeaseIsClaimedByAnotherWorker) {
   submit("abc");
   const Claim first = store().claim("first", kOver).value();
   EXPECT_EQ(first.attempt, 1U);
@@ -174,7 +174,7 @@ TEST_F(StoreTest, ARenewedLeaseHolds) {
   EXPECT_EQ(store().check(claim), Hold::kHeld);
 }
 
-TEST_F(StoreTest, AJobThatIsPutBackKeepsItsPlaceAndItsAttempts) {
+TEST_F(StoreTest, AJobReturnedToTheQueueKeepsItsPlaceAndItsAttempts) {
   submit("a");
   submit("b");
   for (int i = 0; i < 5; ++i) {
@@ -188,7 +188,7 @@ TEST_F(StoreTest, AJobThatIsPutBackKeepsItsPlaceAndItsAttempts) {
   }
 }
 
-TEST_F(StoreTest, SuccessKeepsResultProgressAndTheWarningsOfBothSides) {
+TEST_F(StoreTest, SuccessStoresResultProgressAndAllWarnings) {
   NewJob request = new_job(store(), "abc", "bytes");
   request.warnings.emplace_back().set_code("one");
   bool created = false;
@@ -241,7 +241,7 @@ TEST_F(StoreTest, ACancelledJobNeverRunsAgain) {
   EXPECT_TRUE(store().put_back(a));
   EXPECT_EQ(state("a"), "cancelled");
   EXPECT_EQ(store().find("a").value().attempt(), 1U);
-  EXPECT_EQ(store().cancel("b").value().state(), "cancelled") << "its worker is gone";
+  EXPECT_EQ(store().cancel("b").value().state(), "cancelled") << "its worker has ended";
   const Claim c = store().claim("w", kLong).value();
   store().cancel("c");
   EXPECT_EQ(store().renew(c, kOver), Hold::kCancelRequested);
@@ -249,7 +249,7 @@ TEST_F(StoreTest, ACancelledJobNeverRunsAgain) {
   EXPECT_EQ(state("c"), "cancelled");
 }
 
-TEST_F(StoreTest, RemovalLeavesNoByteAndTheWorkerCannotBringItBack) {
+TEST_F(StoreTest, RemovalLeavesNothingAndTheWorkerCannotRestoreIt) {
   submit("abc");
   const Claim claim = store().claim("w", kLong).value();
   std::ofstream open_file(store().file_path("abc", file::kSnapshot));
@@ -263,7 +263,7 @@ TEST_F(StoreTest, RemovalLeavesNoByteAndTheWorkerCannotBringItBack) {
   EXPECT_FALSE(std::ofstream(store().file_path("abc", file::kResult)).is_open());
   EXPECT_FALSE(store().remove("abc"));
   EXPECT_EQ(submit("abc").id(), "abc");
-  EXPECT_EQ(store().check(claim), Hold::kLost) << "the new job of that id is another one";
+  EXPECT_EQ(store().check(claim), Hold::kLost) << "the new job with that id is a different job";
 }
 
 TEST_F(StoreTest, PagesListEveryJobOnceNewestFirst) {

@@ -61,7 +61,7 @@ TEST(SupervisorTest, AKilledWorkerIsReplaced) {
   EXPECT_TRUE(supervisor.process_ids().empty());
 }
 
-TEST(SupervisorTest, StopAsksBeforeItKills) {
+TEST(SupervisorTest, StopTerminatesBeforeItKills) {
   const crease::test::TemporaryFolder folder;
   const fs::path ready = folder.path() / "ready", asked = folder.path() / "asked";
   Supervisor supervisor(shell("trap 'echo asked > " + asked.string() + "; exit 0' TERM; echo > " + ready.string() +
@@ -71,7 +71,7 @@ TEST(SupervisorTest, StopAsksBeforeItKills) {
   EXPECT_EQ(read_file(asked), "asked\n");
 }
 
-TEST(SupervisorTest, StopKillsWhoDoesNotListen) {
+TEST(SupervisorTest, StopKillsWorkersThatIgnoreIt) {
   const crease::test::TemporaryFolder folder;
   const fs::path ready = folder.path() / "ready";
   Supervisor supervisor(shell("trap '' TERM; echo > " + ready.string() + "; while :; do sleep 0.01; done"));
@@ -81,7 +81,7 @@ TEST(SupervisorTest, StopKillsWhoDoesNotListen) {
   EXPECT_FALSE(is_alive(process));
 }
 
-TEST(SupervisorTest, WorkersThatDieAtOnceAreStartedEverMoreSlowly) {
+TEST(SupervisorTest, WorkersThatDieAtOnceAreRestartedEverMoreSlowly) {
   const crease::test::TemporaryFolder folder;
   const fs::path log = folder.path() / "log";
   const auto start = std::chrono::steady_clock::now();
@@ -91,7 +91,7 @@ TEST(SupervisorTest, WorkersThatDieAtOnceAreStartedEverMoreSlowly) {
 }
 
 TEST(SupervisorTest, WorkersDieWithAKilledParent) {
-  ASSERT_EQ(::prctl(PR_SET_CHILD_SUBREAPER, 1), 0);  // so that they come back to this process
+  ASSERT_EQ(::prctl(PR_SET_CHILD_SUBREAPER, 1), 0);  // so that orphans become children of this process
   std::array<int, 2> ends{};
   ASSERT_EQ(::pipe(ends.data()), 0);
   const pid_t parent = fork_process([&] {
@@ -115,7 +115,7 @@ TEST(SupervisorTest, WorkersDieWithAKilledParent) {
   ::prctl(PR_SET_CHILD_SUBREAPER, 0);
 }
 
-TEST(SupervisorTest, AProgramThatIsNotThereIsAnError) {
+TEST(SupervisorTest, AMissingProgramIsAnError) {
   try {
     const Supervisor supervisor({.executable = "/no/such/program", .arguments = {}, .processes = 2});
     FAIL() << "no error";
@@ -125,7 +125,7 @@ TEST(SupervisorTest, AProgramThatIsNotThereIsAnError) {
   }
 }
 
-TEST(ChildProcessTest, AChildHoldsNoDescriptorOfItsParentAndHasDefaultSignals) {
+TEST(ChildProcessTest, AChildInheritsNoDescriptorAndHasDefaultSignals) {
   const Descriptor inheritable(::open("/dev/null", O_RDONLY));
   sigset_t blocked, former;
   ::sigemptyset(&blocked);
@@ -134,14 +134,14 @@ TEST(ChildProcessTest, AChildHoldsNoDescriptorOfItsParentAndHasDefaultSignals) {
   ChildProcess child({.executable = "/bin/sleep", .arguments = {"1000"}});
   ::pthread_sigmask(SIG_SETMASK, &former, nullptr);
   const std::set<int> standard{0, 1, 2};
-  EXPECT_TRUE(eventually([&] { return open_descriptors(child.id()) == standard; })) << "once its start is over";
+  EXPECT_TRUE(eventually([&] { return open_descriptors(child.id()) == standard; })) << "after it has started";
   EXPECT_NE(::getpgid(child.id()), ::getpgid(0));
   EXPECT_FALSE(child.ended());
   child.signal(SIGTERM);
   EXPECT_EQ(child.wait(), "was killed by signal 15 (SIGTERM)");
 }
 
-TEST(ChildProcessTest, AChildTellsHowItEnded) {
+TEST(ChildProcessTest, AChildReportsHowItEnded) {
   ChildProcess child({.executable = "/bin/sh", .arguments = {"-c", "exit 3"}});
   EXPECT_TRUE(child.wait_for(std::chrono::seconds(30)));
   EXPECT_EQ(child.wait(), "ended with code 3");
@@ -149,7 +149,7 @@ TEST(ChildProcessTest, AChildTellsHowItEnded) {
   EXPECT_FALSE(sleeper.wait_for(std::chrono::milliseconds(5)));
 }
 
-TEST(ChildProcessTest, AChildGoesWithItsObject) {
+TEST(ChildProcessTest, AChildDiesWithItsObject) {
   int process = 0;
   {
     const ChildProcess child({.executable = "/bin/sleep", .arguments = {"1000"}});

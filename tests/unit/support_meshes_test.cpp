@@ -20,7 +20,8 @@ double signed_volume(const Mesh& mesh) {
   return six_volumes / 6;
 }
 
-/// Every directed edge exactly once, and its reverse too: closed, manifold along edges, consistently wound.
+/// Checks that every directed edge occurs exactly once, and so does its reverse: the mesh is closed, edge-manifold and
+/// consistently wound.
 void expect_closed_and_wound_alike(const Mesh& mesh) {
   std::set<std::pair<Index, Index>> directed;
   for (const Triangle& corners : mesh.triangles) {
@@ -39,7 +40,7 @@ TEST(SupportMeshes, ClosedShapesAreClosedAndFaceOutwards) {
   }
 }
 
-TEST(SupportMeshes, VolumesAreThoseOfTheSolids) {
+TEST(SupportMeshes, VolumesMatchTheSolids) {
   EXPECT_NEAR(signed_volume(test::cube(3, 2.0)), 8, 1e-12);
   EXPECT_NEAR(signed_volume(test::icosphere(5, 2.0)), 4.0 / 3 * M_PI * 8, 0.05);
   const double sides = 30;
@@ -80,7 +81,7 @@ TEST(SupportMeshes, TrianglesAreWellShaped) {
   }
 }
 
-TEST(SupportMeshes, FamilyMembersAreWhatTheySay) {
+TEST(SupportMeshes, FamilyMembersMatchTheirDescription) {
   std::set<std::string> names;
   bool open = false, nonmanifold = false, degenerate = false, isolated = false, twisted = false, flipped = false;
   bool several = false;
@@ -110,7 +111,7 @@ TEST(SupportMeshes, FamilyMembersAreWhatTheySay) {
   EXPECT_TRUE(open && nonmanifold && degenerate && isolated && twisted && flipped && several);
 }
 
-TEST(SupportMeshes, FilesThatAreNotThereAreNullopt) {
+TEST(SupportMeshes, MissingFilesAreNullopt) {
   EXPECT_FALSE(test::development_mesh("no_such_model/noisy.obj"));
   EXPECT_FALSE(test::cgal_mesh("no_such_model.off"));
 }

@@ -33,7 +33,7 @@ TEST(Topology, EdgesAreThePairsOfDistinctCornersInOrderOfAppearance) {
   }
 }
 
-TEST(Topology, FacesEdgesAndVerticesNameEachOther) {
+TEST(Topology, FacesEdgesAndVerticesReferToEachOther) {
   for (const auto& [name, mesh, manifold, closed, degenerate] : mesh_family()) {
     const Topology topology = build_topology(mesh);
     for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
@@ -75,7 +75,7 @@ TEST(Topology, TurnedFacesOfInteriorEdgesRunAgainstEachOther) {
   }
 }
 
-TEST(Topology, TurnsTheFewAgainstTheMany) {
+TEST(Topology, TurnsTheMinorityOfFaces) {
   Mesh mesh = test::icosphere(1);
   for (const std::size_t f : {3U, 17U, 40U}) std::swap(mesh.triangles[f][0], mesh.triangles[f][1]);
   const Topology topology = build_topology(mesh);
@@ -89,7 +89,7 @@ TEST(Topology, AMoebiusStripHasATwistedEdge) {
   EXPECT_GE(std::ranges::count(topology.edge_twisted, 1), 1);
 }
 
-TEST(Topology, ACubeHasTwelveConvexRidgesOfNinetyDegreesAndElseFlatEdges) {
+TEST(Topology, ACubeHasTwelveConvexRidgesOfNinetyDegrees) {
   const Mesh mesh = test::cube(3);
   const Topology topology = build_topology(mesh);
   std::size_t ridges = 0;
@@ -101,7 +101,7 @@ TEST(Topology, ACubeHasTwelveConvexRidgesOfNinetyDegreesAndElseFlatEdges) {
   EXPECT_EQ(ridges, 12U * 3U);
 }
 
-TEST(Topology, TurnedInsideOutACubeIsConcave) {
+TEST(Topology, ACubeTurnedInsideOutIsConcave) {
   Mesh mesh = test::cube(2);
   for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
   const std::vector<double> angles = signed_dihedral_angles(mesh, build_topology(mesh), mesh.positions);
@@ -125,7 +125,7 @@ TEST(Topology, MeanEdgeLengthOfAUnitCubeAveragesSidesAndDiagonals) {
   EXPECT_NEAR(mean_edge_length(mesh.positions, topology.edges), (12 + 6 * std::numbers::sqrt2) / 18, 1e-12);
 }
 
-// A vertex of very many faces must not cost the square of their number.
+// The cost for a vertex with very many faces must not be quadratic.
 TEST(Topology, AHubOfManyFacesIsHandled) {
   constexpr Index kSpokes = 200'000;
   Mesh mesh;

@@ -34,7 +34,7 @@ std::vector<VertexClass> random_classes(std::size_t count, std::mt19937& random)
   return classes;
 }
 
-/// The energy as the header has it, with default weights, from edges sorted by label.
+/// The energy as the header defines it, with default weights, from edges sorted by label.
 class BruteForce {
  public:
   BruteForce(const Mesh& mesh, const Topology& topology, const std::vector<double>& labels)
@@ -118,7 +118,7 @@ TEST(VertexClasses, EnergyAgreesWithItsDefinitionAndDeltasAreDifferences) {
   }
 }
 
-TEST(VertexClasses, NoExpansionCouldLowerTheEnergyFurther) {
+TEST(VertexClasses, NoExpansionLowersTheEnergyFurther) {
   const Mesh mesh = test::grid(2, 2);
   const Topology topology = build_topology(mesh);
   const auto vertices = static_cast<unsigned>(mesh.positions.size());
@@ -143,7 +143,7 @@ TEST(VertexClasses, NoExpansionCouldLowerTheEnergyFurther) {
   }
 }
 
-TEST(VertexClasses, AreTheBestOfAllOnATetrahedron) {
+TEST(VertexClasses, AreOptimalOnATetrahedron) {
   const Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
   const Topology topology = build_topology(mesh);
   std::mt19937 random(3);
@@ -159,21 +159,21 @@ TEST(VertexClasses, AreTheBestOfAllOnATetrahedron) {
   }
 }
 
-TEST(VertexClasses, OfACube) {
+TEST(VertexClasses, AreRightOnACube) {
   const int per_side = 5;
   const auto classes = classes_of(labelled(test::cube(per_side)));
   EXPECT_EQ(counts(classes), (std::map<VertexClass, int>{{kSmooth, 6 * 16}, {kRidge, 12 * 4}, {kCorner, 8}}));
   EXPECT_EQ(counts(classes_of(labelled(test::cube(1)))), (std::map<VertexClass, int>{{kCorner, 8}}));
 }
 
-TEST(VertexClasses, OfACylinderAndASphere) {
+TEST(VertexClasses, AreRightOnACylinderAndASphere) {
   const auto cylinder = counts(classes_of(labelled(test::cylinder(24, 6, 1, 2))));
   EXPECT_EQ(cylinder.at(kRidge), 48);
   EXPECT_FALSE(cylinder.contains(kCorner));
   EXPECT_EQ(counts(classes_of(labelled(test::icosphere(3)))).size(), 1U);
 }
 
-TEST(VertexClasses, ARidgeEndsInACornerAndAStrayEdgeInNone) {
+TEST(VertexClasses, ARidgeEndsInACornerButAStrayEdgeDoesNot) {
   LabelledMesh result = labelled(test::grid(12, 12));
   const auto label = [&](const std::vector<Vec3>& path) {
     std::ranges::fill(result.labels, 0.02);

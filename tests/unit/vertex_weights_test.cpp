@@ -28,13 +28,13 @@ Error refusal(const std::string& json, std::size_t vertices) {
   return error_of([&] { read_weights(json, vertices); });
 }
 
-TEST(ReadWeights, TakesNumbersFromZeroToTheLargest) {
+TEST(ReadWeights, AcceptsNumbersFromZeroToTheLargest) {
   EXPECT_EQ(read_weights("[0, 1e6, 0.5, 1, 1000000, -0.0]", 6), (std::vector<double>{0, 1e6, 0.5, 1, 1e6, 0}));
   EXPECT_EQ(read_weights("[]", 0), std::vector<double>());
   EXPECT_EQ(read_weights(" \n[\t0.1 ] ", 1).front(), 0.1);
 }
 
-TEST(ReadWeights, NamesTheFirstItemThatIsNone) {
+TEST(ReadWeights, NamesTheFirstInvalidItem) {
   struct Case {
     std::string json, field, value;
   };
@@ -61,7 +61,7 @@ TEST(ReadWeights, NamesTheFirstItemThatIsNone) {
   }
 }
 
-TEST(ReadWeights, WantsOneForEveryVertex) {
+TEST(ReadWeights, RequiresOneForEveryVertex) {
   const Error few = refusal("[1, 2]", 3), many = refusal("[1, 2, 3, 4, 5]", 3);
   EXPECT_EQ(few.field(), "weights");
   EXPECT_EQ(few.value(), "2 numbers");
@@ -70,7 +70,7 @@ TEST(ReadWeights, WantsOneForEveryVertex) {
   for (const Error& error : {few, many}) EXPECT_EQ(error.expected(), "an array of 3 numbers, one per vertex");
 }
 
-TEST(ReadWeights, RefusesWhatIsNoJsonArray) {
+TEST(ReadWeights, RefusesAnythingButAJsonArray) {
   for (const std::string json : {"", " ", "weights", "NaN", "[1, NaN, 1]", "[1, 1, 1", "[1, 1, 1],", "[1, 1, 1] 2", "1",
                                  "\"[1, 1, 1]\"", "{}", "null", "[1 1 1]", "[1,, 1]", "\xff\xfe"}) {
     const Error error = refusal(json, 3);
@@ -80,7 +80,7 @@ TEST(ReadWeights, RefusesWhatIsNoJsonArray) {
   }
 }
 
-TEST(IsWeight, IsFalseForNoNumber) {
+TEST(IsWeight, IsFalseForNotANumber) {
   EXPECT_FALSE(is_weight(std::numeric_limits<double>::quiet_NaN()));
   EXPECT_FALSE(is_weight(std::numeric_limits<double>::infinity()));
 }

@@ -51,7 +51,7 @@ WorkerOptions quick(const std::string& name) {
   return options;
 }
 
-/// A worker in a thread of this process.
+/// A worker that runs in a thread of this process.
 class Worker {
  public:
   explicit Worker(Store& store, const WorkerOptions& options = quick("worker"))
@@ -107,7 +107,7 @@ std::string bytes_of_run_in_process(const std::string& upload, std::uint32_t cou
   return crease::to_message(output.result).SerializeAsString();
 }
 
-TEST_F(WorkerTest, AJobRunsToTheResultOfARunInProcess) {
+TEST_F(WorkerTest, AJobGivesTheResultOfALocalRun) {
   const std::string upload = obj_text(crease::test::cube(4));
   submit("abc", upload, sweeps(kFew));
   Worker worker(store());
@@ -123,7 +123,7 @@ TEST_F(WorkerTest, AJobRunsToTheResultOfARunInProcess) {
   EXPECT_GT(done.result().seconds(), 0);
 }
 
-TEST_F(WorkerTest, AJobWhoseWeightsAreGoneFails) {
+TEST_F(WorkerTest, AJobWithMissingWeightsFails) {
   bool created = false;
   auto request = new_job(store(), "abc", obj_text(crease::test::cube(4)), sweeps(kFew));
   request.input.set_weights_sha256("of weights that are not there");
@@ -133,7 +133,7 @@ TEST_F(WorkerTest, AJobWhoseWeightsAreGoneFails) {
   EXPECT_EQ(job("abc").error().code(), "internal");
 }
 
-TEST_F(WorkerTest, TheReportTellsWhatWasDone) {
+TEST_F(WorkerTest, TheReportDescribesTheRun) {
   submit("abc", obj_text(crease::test::cube(4)), sweeps(kFew));
   const Worker worker(store());
   ASSERT_TRUE(reaches("abc", "succeeded"));
@@ -160,7 +160,7 @@ TEST_F(WorkerTest, CancellingStopsARunningJobBetweenSweeps) {
   EXPECT_FALSE(fs::exists(file_of("abc", file::kResult)));
 }
 
-TEST_F(WorkerTest, AStoppedWorkerPutsItsJobBack) {
+TEST_F(WorkerTest, AStoppedWorkerReturnsItsJobToTheQueue) {
   submit("abc", obj_text(crease::test::cube(8)), sweeps(kEndless));
   Worker worker(store());
   ASSERT_TRUE(is_sweeping("abc"));
@@ -170,7 +170,7 @@ TEST_F(WorkerTest, AStoppedWorkerPutsItsJobBack) {
   EXPECT_EQ(job("abc").progress().sweep(), 0U);
 }
 
-TEST_F(WorkerTest, ARemovedJobIsAbandonedWithoutATraceAndTheNextOneRuns) {
+TEST_F(WorkerTest, ARemovedJobIsAbandonedAndTheNextOneRuns) {
   submit("abc", obj_text(crease::test::cube(8)), sweeps(kEndless));
   const Worker worker(store());
   ASSERT_TRUE(is_sweeping("abc"));
@@ -195,7 +195,7 @@ TEST_F(WorkerTest, ALongJobKeepsItsLease) {
   EXPECT_FALSE(taken);
 }
 
-TEST_F(WorkerTest, AJobOfAKilledWorkerRunsAgainToTheSameBytes) {
+TEST_F(WorkerTest, AJobOfAKilledWorkerRunsAgainAndGivesTheSameBytes) {
   constexpr std::uint32_t kSome = 400;
   const std::string upload = obj_text(crease::test::cube(12));
   submit("abc", upload, sweeps(kSome));
@@ -207,7 +207,7 @@ TEST_F(WorkerTest, AJobOfAKilledWorkerRunsAgainToTheSameBytes) {
   ASSERT_TRUE(is_sweeping("abc"));
   ::kill(process, SIGKILL);
   EXPECT_TRUE(WIFSIGNALED(wait_for_process(process)));
-  ASSERT_EQ(job("abc").state(), "running") << "the job was to be killed halfway";
+  ASSERT_EQ(job("abc").state(), "running") << "the worker must be killed in the middle of the job";
   std::ofstream(file_of("abc", "result.pb.1.part")) << "half a res";
   const Worker second(store(), quick("second"));
   ASSERT_TRUE(reaches("abc", "succeeded"));
@@ -232,7 +232,7 @@ TEST_F(WorkerTest, ARunningJobHasSnapshotsAndAnEndedOneHasNone) {
   EXPECT_TRUE(eventually([&] { return !fs::exists(file_of("abc", file::kSnapshot)); }));
 }
 
-TEST_F(WorkerTest, AnUploadThatIsNoMeshFailsWithItsCodeAndTheWorkerGoesOn) {
+TEST_F(WorkerTest, AnInvalidUploadFailsWithItsCodeAndTheWorkerContinues) {
   submit("bad", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", sweeps(kFew));
   submit("abc", obj_text(crease::test::cube(2)), sweeps(kFew));
   const Worker worker(store());
@@ -244,7 +244,7 @@ TEST_F(WorkerTest, AnUploadThatIsNoMeshFailsWithItsCodeAndTheWorkerGoesOn) {
   EXPECT_EQ(bad.attempt(), 1U);
 }
 
-TEST(WorkerName, TellsDeadWorkersOfThisHost) {
+TEST(WorkerName, RecognisesDeadWorkersOfThisHost) {
   const pid_t gone = fork_process([] { return 0; });
   EXPECT_TRUE(eventually([&] { return is_dead_worker(worker_name(gone)); })) << "before it is reaped";
   wait_for_process(gone);
