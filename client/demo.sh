@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# demo.sh [MESH]: installs, builds, starts creased, smooths a mesh through it with curl. Leaves result.glb and
-# labels.json in the current folder and prints the figures. Without MESH it takes a fandisk and adds noise, so that the
-# true shape is known.
+# demo.sh [MESH]: installs and builds everything, starts creased and smooths a mesh with curl. Leaves result.glb and
+# labels.json in the current folder and prints the figures. Without MESH it uses a fandisk with added noise, so that the
+# result can be compared with the true shape.
 set -euo pipefail
 
 root="$(dirname "$(dirname "$(readlink -f "$0")")")"
@@ -16,7 +16,7 @@ build() {
   cmake --build "$root/build/release" --target creased crease >&2
 }
 
-# Puts the reference and the noisy mesh into the work folder.
+# Writes the reference and the noisy mesh to the work folder.
 make_noisy_fandisk() {
   tar --extract --gzip --file "$models" --to-stdout --wildcards "*$model" >"$work/fandisk.off"
   "$bin/crease" noise "$work/fandisk.off" -o "$work/fandisk_noisy.obj" --sigma 0.3 --kind normal --seed 1 >&2
@@ -123,7 +123,7 @@ id="$(jq -r .id <<<"$job")"
 say "Job $id"
 job="$(follow "$id")"
 if [[ $(jq -r .state <<<"$job") != succeeded ]]; then
-  echo "The job has not succeeded: $(jq -c .error <<<"$job")" >&2
+  echo "The job did not succeed: $(jq -c .error <<<"$job")" >&2
   exit 1
 fi
 curl --silent --show-error --fail --output result.glb "$url/v1/jobs/$id/mesh?format=glb"
@@ -134,4 +134,4 @@ if (($# == 0)); then
   curl --silent --show-error --fail --output "$work/result.ply" "$url/v1/jobs/$id/mesh?format=ply"
   print_errors "$input"
 fi
-echo "written              result.glb, labels.json"
+echo "output               result.glb, labels.json"

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Installs what is missing of the named groups of packages.txt on Debian 12: install-packages.sh GROUP…
+# Installs the missing packages of the named groups of packages.txt on Debian 12: install-packages.sh GROUP…
 set -euo pipefail
 
 list="$(dirname "$(readlink -f "$0")")/packages.txt"
-# Slim images of Debian leave out /usr/share/doc, which is where libcgal-demo has its models.
+# Slim Debian images leave out /usr/share/doc, where libcgal-demo has its models.
 readonly apt_options=(
   --yes --no-install-recommends
   -o DPkg::Lock::Timeout=300
@@ -15,7 +15,7 @@ usage() {
   exit 2
 }
 
-# Package names of a group, without those whose command is there already.
+# Prints the packages of a group, except those whose command already exists.
 packages_of() {
   local package command
   while read -r package command; do

@@ -1,5 +1,5 @@
-// Load on a real server, with figures and bounds: node tests/bench/load.mjs BIN_FOLDER [STREAMS [SOAK_SECONDS]]
-// Starts servers of its own on free ports with folders of their own. Exits with 1 when a bound is missed.
+// Load test of a real server: node tests/bench/load.mjs BIN_FOLDER [STREAMS [SOAK_SECONDS]]
+// Starts its own servers on free ports with temporary folders. Prints figures and exits with 1 when a bound is missed.
 import { spawn, execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, readdirSync, rmSync } from "node:fs";
 import http from "node:http";
@@ -59,7 +59,7 @@ class Server {
     return this.call("POST", `/v1/jobs?seed=${seed}&${query}`, { body: options.body ?? cube(2), ...options, headers });
   }
 
-  /// What the server process holds; a bounded store of idle threads is part of it.
+  /// Memory, threads and descriptors of the server process, including its bounded pool of idle threads.
   held() {
     const status = readFileSync(`/proc/${this.process.pid}/status`, "utf8");
     const number = (name) => Number(new RegExp(`${name}:\\s+(\\d+)`).exec(status)[1]);
@@ -104,7 +104,7 @@ function cube(n) {
 
 const percentile = (values, part) => values.sort((a, b) => a - b)[Math.min(values.length - 1, Math.floor(values.length * part))];
 
-/// `work(i)` for all i below `count`, so many at a time.
+/// Runs `work(i)` for all i below `count`, up to `width` at a time.
 async function inParallel(count, width, work) {
   let next = 0;
   const worker = async () => {
@@ -121,7 +121,7 @@ async function until(condition, seconds) {
   }
 }
 
-/// In a process of its own, so that what it hears does not hold up the calls that are measured.
+/// Holds the streams open. Runs in its own process, so that their events do not delay the calls that are measured.
 async function holdStreams(port, id, count) {
   const agent = new http.Agent({ keepAlive: false, maxSockets: Infinity });
   const server = Object.assign(new Server(), { port });

@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# Replays what once was a fault, then fuzzes: tests/fuzz/run.sh [SECONDS [TARGET…]]
-# The same walk each time, so that a change is what a new fault is due to; FUZZ_SEED=$RANDOM takes another.
-# SECONDS for each target (10), two and more at a time, in build/fuzz; every target without names. What the fuzzers find
-# to be worth keeping stays in build/fuzz/found, a fault in build/fuzz/faults: move it to tests/fuzz/regressions.
+# Replays past failures, then fuzzes: tests/fuzz/run.sh [SECONDS [TARGET…]]
+# Runs each named target, or all of them, for SECONDS (10), several at a time, in build/fuzz. The seed is fixed, so a
+# new failure comes from a change of the code; FUZZ_SEED=$RANDOM takes another seed. Interesting inputs stay in
+# build/fuzz/found and failing ones in build/fuzz/faults. Move a failing input to tests/fuzz/regressions.
 set -euo pipefail
 
 cd "$(dirname "$(readlink -f "$0")")/../.."
 readonly fuzzer=build/fuzz/bin/creased_fuzz
 export UBSAN_OPTIONS=print_stacktrace=1
-# Short memories of where memory came from, and the job store in memory: twice as many executions.
+# Short allocation traces and a job store in memory double the number of executions.
 export ASAN_OPTIONS=malloc_context_size=3:quarantine_size_mb=16
 if [[ -w /dev/shm ]]; then export TMPDIR=/dev/shm; fi
 

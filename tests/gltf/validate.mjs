@@ -3,7 +3,7 @@ import { readdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import validator from "gltf-validator";
 
-// What is no glTF at all makes the validator throw.
+// The validator throws when a file is not glTF at all.
 async function issues_of(path) {
   try {
     return (await validator.validateBytes(new Uint8Array(readFileSync(path)))).issues;

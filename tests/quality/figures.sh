@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes the paper's figures anew: pictures and numbers in tests/quality/figures/README.md.
-# usage: tests/quality/figures.sh [3] [4] [5] [6]     all four without arguments
+# Reproduces the paper's figures: pictures and numbers in tests/quality/figures/README.md.
+# usage: tests/quality/figures.sh [3] [4] [5] [6]     default: all four
 set -euo pipefail
 
 cd "$(dirname "$(readlink -f "$0")")/../.."
