@@ -96,7 +96,7 @@ int run(int argc, char** argv) {
   creased::add_serve_options(*serve_command->footer(order), serve);
   creased::add_worker_options(*worker_command->footer(order), worker);
   auto* key_command = app.add_subcommand(
-      "key", "Make an API key and print it, with its entry for the key file or adding the entry to --keys");
+      "key", "Make an API key. Prints it, and prints its entry for the key file or adds the entry to --keys");
   creased::add_key_options(*key_command, key);
   try {
     app.parse(argc, argv);

@@ -24,11 +24,11 @@ inline constexpr std::string_view kTimeLimitExceeded = "time_limit_exceeded";
 inline constexpr std::string_view kInternal = "internal";
 }  // namespace code
 
-/// What errno `number` means, in words.
+/// The message of the operating system for an errno.
 std::string errno_text(int number);
 
-/// Error store_unavailable, or storage_full where the disk is: "cannot `action` PATH: " and what errno says. To be
-/// called before errno changes.
+/// Error storage_full when errno says so, otherwise store_unavailable, with the detail "cannot `action` PATH: message
+/// of errno". Call it before errno changes.
 crease::Error file_failure(std::string_view action, const std::filesystem::path& path);
 
 }  // namespace creased

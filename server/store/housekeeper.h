@@ -11,10 +11,10 @@
 
 namespace creased {
 
-/// Removes jobs whose time is over, from a thread of its own, as long as the object lives.
+/// Removes expired jobs from its own thread while it exists.
 class Housekeeper {
  public:
-  /// `on_removed` is told of every job that went.
+  /// `on_removed` is called for every removed job.
   Housekeeper(Store& store, std::chrono::milliseconds every, std::function<void(const std::string& id)> on_removed);
 
  private:

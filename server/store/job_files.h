@@ -9,35 +9,36 @@
 
 namespace creased {
 
-/// The files of a data directory: jobs/ID/… of the jobs, incoming/ for uploads on their way in and jobs on their way
-/// out. Every function may throw Error store_unavailable with the reason of the operating system.
+/// The files of a data directory: jobs/ID/ for each job, and incoming/ for uploads that are being received and jobs
+/// that are being removed. Every function may throw Error store_unavailable with the message of the operating system.
 class JobFiles {
  public:
-  /// Creates the folders that are missing, readable by nobody else.
+  /// Creates missing folders, which only the service's user can read.
   explicit JobFiles(const std::filesystem::path& data_dir);
 
-  /// Whether `id` can be the id of a job: 1 to 64 hexadecimal digits and hyphens. No other text becomes part of a path.
+  /// Whether `id` has the form of a job id: 1 to 64 hexadecimal digits and hyphens. No other text becomes part of a
+  /// path.
   static bool valid_id(std::string_view id);
 
-  /// \throw Error job_not_found for an id that is none, or a name with anything but lower-case letters, dots inside
-  /// and hyphens
+  /// \throw Error job_not_found for an invalid id, or a name with other characters than lower-case letters, hyphens,
+  /// and dots inside
   std::filesystem::path path(std::string_view id, std::string_view name) const;
   std::filesystem::path temporary_path() const;
 
-  /// Takes `id` by creating its folder; false when it is taken.
+  /// Reserves `id` by creating its folder. Returns false when it is taken.
   bool reserve(std::string_view id) const;
-  /// Moves a file into a reserved folder under `name`; on the disk when it returns.
+  /// Moves a file into a reserved folder under `name`. The file is on the disk when the call returns.
   void adopt(std::string_view id, const std::filesystem::path& source, std::string_view name) const;
-  /// Removes what only a running job needs, half-written files included.
+  /// Removes the files that only a running job needs, including incomplete files.
   void remove_working_files(std::string_view id) const;
-  /// Of the files of a job; 0 where there are none.
+  /// Total size of the files of a job; 0 when it has none.
   std::int64_t bytes(std::string_view id) const;
-  /// What the disk has left for this service, and all that it holds.
+  /// Free space on the disk for this service, and the total size of the disk.
   struct Room {
     std::uint64_t free = 0, total = 0;
   };
   Room room() const;
-  /// Removes the folder of a job. It is out of sight at once, so that nobody who still writes there can keep it.
+  /// Removes the folder of a job. First moves it away, so that a process that still writes there cannot keep it.
   void discard(std::string_view id) const;
   /// Writes, syncs and removes a small file.
   void probe() const;
