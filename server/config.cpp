@@ -46,17 +46,16 @@ void add_store_options(CLI::App& command, StoreConfig& config) {
 }
 
 void add_limit_options(CLI::App& command, MeshLimits& limits) {
-  add(command, "--max-vertices", limits.max_vertices, "Most vertices that an upload may have")
+  add(command, "--max-vertices", limits.max_vertices, "Maximum number of vertices of an upload")
       ->check(CLI::Range(1UL, 1'000'000'000UL));
-  add(command, "--max-faces", limits.max_faces, "Most faces that an upload may have")
+  add(command, "--max-faces", limits.max_faces, "Maximum number of faces of an upload")
       ->check(CLI::Range(1UL, 1'000'000'000UL));
 }
 
 void add_job_options(CLI::App& command, JobConfig& config) {
-  add(command, "--job-memory-mb", config.memory_mb, "Most memory that a job may use, in MiB")
+  add(command, "--job-memory-mb", config.memory_mb, "Maximum memory of a job, in MiB")
       ->check(CLI::Range(64UL, 1'048'576UL));
-  add(command, "--job-cpu-seconds", config.cpu_seconds,
-      "Most processor time that one attempt of a job may use, in seconds")
+  add(command, "--job-cpu-seconds", config.cpu_seconds, "Maximum processor time of one attempt of a job, in seconds")
       ->check(CLI::Range(1.0, 1e7));
   add(command, "--checkpoint-every", config.checkpoint_every, "Seconds between checkpoints of a running job")
       ->check(CLI::Range(0.0, 86'400.0));
@@ -84,45 +83,47 @@ void add_access_options(CLI::App& command, AccessConfig& config) {
   add_list(command, "--cors-origin", config.cors_origins,
            "Origins whose web pages may call the service; * allows any and needs --open");
   add(command, "--max-connections-per-address", config.max_connections_per_address,
-      "Most open connections from one address, trusted proxies excepted; 0 for no limit")
+      "Maximum number of connections from one address, trusted proxies excepted; 0 for no limit")
       ->check(CLI::Range(0UL, 50'000UL));
   add(command, "--address-rate", config.address_rate,
       "Calls per second from one address without a key, this machine excepted; 0 for no limit")
       ->check(rate);
   add(command, "--address-burst", config.address_burst, "Calls that one address may make in a burst")->check(burst);
   add(command, "--key-rate", config.key_rate,
-      "Calls per second with one key, unless its entry sets a rate; 0 for no limit")
+      "Calls per second with one key, unless its entry sets one; 0 for no limit")
       ->check(rate);
-  add(command, "--key-burst", config.key_burst,
-      "Calls that one key may make in a burst, unless its entry sets a number")
+  add(command, "--key-burst", config.key_burst, "Calls that one key may make in a burst, unless its entry sets one")
       ->check(burst);
   add(command, "--key-jobs-per-minute", config.key_jobs_per_minute,
-      "Jobs per minute with one key, unless its entry sets a rate; 0 for no limit")
+      "Jobs per minute with one key, unless its entry sets one; 0 for no limit")
       ->check(rate);
   add(command, "--key-max-queued", config.key_max_queued,
-      "Most queued jobs of one key, unless its entry sets a number; 0 for no limit per key")
+      "Maximum number of queued jobs of one key, unless its entry sets one; 0 for no limit per key")
       ->check(many);
   add(command, "--key-max-stored-mb", config.key_max_stored_mb,
-      "Most space for the jobs of one key, in MiB, unless its entry sets a number; 0 for no limit per key")
+      "Maximum space for the jobs of one key, in MiB, unless its entry sets one; 0 for no limit per key")
       ->check(many);
   add(command, "--key-max-streams", config.key_max_streams,
-      "Most open event streams of one key, unless its entry sets a number; 0 for no limit per key")
+      "Maximum number of event streams of one key, unless its entry sets one; 0 for no limit per key")
       ->check(many);
 }
 
 void add_service_limits(CLI::App& command, ServeConfig& config) {
   const auto hours = CLI::Range(0.0, 8'760.0);
-  add(command, "--max-upload-mb", config.max_upload_mb, "Largest upload, in MiB")->check(CLI::Range(1UL, 4'095UL));
-  add(command, "--max-queued", config.store.max_queued, "Most queued jobs")->check(CLI::Range(1UL, 10'000'000UL));
-  add(command, "--quota-mb", config.store.quota_mb, "Most space for all jobs together, in MiB; 0 for the whole disk")
+  add(command, "--max-upload-mb", config.max_upload_mb, "Maximum size of an upload, in MiB")
+      ->check(CLI::Range(1UL, 4'095UL));
+  add(command, "--max-queued", config.store.max_queued, "Maximum number of queued jobs")
+      ->check(CLI::Range(1UL, 10'000'000UL));
+  add(command, "--quota-mb", config.store.quota_mb, "Maximum space for all jobs together, in MiB; 0 for the whole disk")
       ->check(CLI::Range(0UL, 1'000'000'000UL));
   add(command, "--retention-hours", config.retention_hours,
       "Hours that a job is kept after its end: the default of the parameter retention_hours")
       ->check(hours);
-  add(command, "--max-retention-hours", config.max_retention_hours, "Largest value of the parameter retention_hours")
+  add(command, "--max-retention-hours", config.max_retention_hours, "Maximum value of the parameter retention_hours")
       ->check(hours);
-  add(command, "--max-streams", config.max_streams, "Most open event streams")->check(CLI::Range(0UL, 50'000UL));
-  add(command, "--max-connections", config.max_connections, "Most open connections; each has a thread")
+  add(command, "--max-streams", config.max_streams, "Maximum number of event streams")
+      ->check(CLI::Range(0UL, 50'000UL));
+  add(command, "--max-connections", config.max_connections, "Maximum number of connections; each has a thread")
       ->check(CLI::Range(1UL, 50'000UL));
 }
 

@@ -103,7 +103,7 @@ void add_job_command(CLI::App& app, Run& run, const std::string& name, const std
                      ExitCode (*body)(const JobOptions&)) {
   CLI::App& command = *app.add_subcommand(name, description);
   auto options = std::make_shared<JobOptions>();
-  command.add_option("id", options->id, "Job")->required();
+  command.add_option("id", options->id, "Id of the job")->required();
   add_server_options(command, options->server);
   add_console_options(command, options->console);
   run_with(command, run, options, body);

@@ -138,7 +138,7 @@ void add_measure_command(CLI::App& app, Run& run) {
   auto options = std::make_shared<MeasureOptions>();
   command.add_option("reference", options->reference, "Noise-free mesh")->required();
   command.add_option("mesh", options->mesh, "Mesh to measure")->required();
-  command.add_option("--labels", options->labels, "Ridge labels of the mesh, as JSON, to measure too");
+  command.add_option("--labels", options->labels, "Also measure these ridge labels of the mesh, in JSON");
   add_console_options(command, options->console);
   run_with(command, run, options, measure_meshes);
 }

@@ -78,7 +78,7 @@ std::shared_ptr<ResultOptions> add_result_command(CLI::App& app, Run& run, const
                                                   ExitCode (*body)(const ResultOptions&)) {
   CLI::App& command = *app.add_subcommand(name, description);
   auto options = std::make_shared<ResultOptions>();
-  command.add_option("id", options->id, "Job")->required();
+  command.add_option("id", options->id, "Id of the job")->required();
   add_server_options(command, options->server);
   add_console_options(command, options->console);
   run_with(command, run, options, body);
@@ -97,17 +97,18 @@ void add_result_commands(CLI::App& app, Run& run) {
 
   const auto of_labels = add_result_command(app, run, "labels", "Print or download the ridge labels of a job", labels);
   CLI::App& labels_command = *app.get_subcommand("labels");
-  labels_command.add_option("-o,--output", of_labels->output, "File; otherwise standard output");
+  labels_command.add_option("-o,--output", of_labels->output, "Output file; the default is standard output");
   labels_command.add_option("--format", of_labels->format, "Format: json, csv or pb; by default the extension's");
   labels_command.add_option("--min", of_labels->min, "Only edges with at least this label, from 0 to 1");
 
   const auto of_ridges = add_result_command(app, run, "ridges", "Print or download the ridge lines of a job", ridges);
   CLI::App& ridges_command = *app.get_subcommand("ridges");
-  ridges_command.add_option("-o,--output", of_ridges->output, "File; otherwise standard output");
+  ridges_command.add_option("-o,--output", of_ridges->output, "Output file; the default is standard output");
   ridges_command.add_option("--format", of_ridges->format, "Format: json or glb; by default the extension's");
 
   const auto of_report = add_result_command(app, run, "report", "Print or download the report of a job", report);
-  app.get_subcommand("report")->add_option("-o,--output", of_report->output, "File; otherwise standard output");
+  app.get_subcommand("report")->add_option("-o,--output", of_report->output,
+                                           "Output file; the default is standard output");
 }
 
 }  // namespace crease::client
