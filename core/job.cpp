@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/classical/classical.h"
 #include "core/features/features.h"
 #include "core/io/vertex_weights.h"
 #include "core/measure/measure.h"
@@ -35,26 +34,6 @@ ResultFacts result_facts(const CheckedInput& input, const LabelledMesh& result, 
   return facts;
 }
 
-/// A classical method as a run of one sweep per iteration, without labels.
-SmoothResult denoise_classically(const CheckedInput& input, const SmoothOptions& options, RunContext& context) {
-  SmoothResult result;
-  result.labels.assign(input.topology.edges.size(), 0);
-  const auto on_iteration = [&](const ClassicalView& view) {
-    SweepRecord& record = result.sweeps.emplace_back();
-    record.sweep = view.iteration;
-    record.stage = "classical";
-    if (!context.on_sweep) return !context.cancel.load();
-    const auto labels = [&] { return result.labels; };
-    return context.on_sweep({record, view.iterations, view.seconds, labels, view.positions}) && !context.cancel.load();
-  };
-  ClassicalResult denoised =
-      denoise(input.mesh, input.topology, *options.classical_method, options.classical, on_iteration);
-  result.positions = std::move(denoised.positions);
-  result.seconds = denoised.seconds;
-  result.cancelled = denoised.cancelled;
-  return result;
-}
-
 void settle_weights(std::vector<double> of_mesh, std::optional<std::string_view> beside, CheckedInput& input) {
   const bool replaced = beside && !of_mesh.empty();
   input.weights = beside ? read_weights(*beside, input.mesh.positions.size()) : std::move(of_mesh);
@@ -82,9 +61,7 @@ CheckedInput check_input(std::string_view bytes, std::optional<MeshFormat> forma
 }
 
 JobOutput run_job(const CheckedInput& input, const SmoothOptions& options, RunContext& context) {
-  SmoothResult smoothed = options.classical_method
-                              ? denoise_classically(input, options, context)
-                              : smooth(input.mesh, input.topology, options, context, input.weights);
+  SmoothResult smoothed = smooth(input.mesh, input.topology, options, context, input.weights);
   JobOutput output;
   LabelledMesh& result = output.result;
   result.mesh.positions = std::move(smoothed.positions);

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/smooth/options.h"
+#include "core/options/set_option.h"
 #include "crease/v1/parameters.pb.h"
 
 namespace crease {

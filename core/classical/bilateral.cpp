@@ -70,7 +70,7 @@ class Bilateral {
 
 }  // namespace
 
-ClassicalStep make_bilateral(Surface& surface, const ClassicalOptions& options) {
+ClassicalStep make_step(Surface& surface, const BilateralOptions& options) {
   return Bilateral(surface, options.spatial_width, options.range_width);
 }
 

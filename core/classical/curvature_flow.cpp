@@ -143,11 +143,11 @@ ClassicalStep make_flow(Surface& surface, double step, double threshold) {
 
 }  // namespace
 
-ClassicalStep make_mean_curvature_flow(Surface& surface, const ClassicalOptions& options) {
+ClassicalStep make_step(Surface& surface, const MeanCurvatureFlowOptions& options) {
   return make_flow(surface, options.step, 0);
 }
 
-ClassicalStep make_anisotropic_flow(Surface& surface, const ClassicalOptions& options) {
+ClassicalStep make_step(Surface& surface, const AnisotropicFlowOptions& options) {
   return make_flow(surface, options.step, options.normal_width);
 }
 

@@ -182,7 +182,7 @@ void DiebelEnergy::add_prior_gradient(const std::vector<Vec3>& positions, std::v
   }
 }
 
-ClassicalStep make_diebel(Surface& surface, const ClassicalOptions& options) {
+ClassicalStep make_step(Surface& surface, const DiebelOptions& options) {
   const auto diebel = std::make_shared<Diebel>(surface, options.likelihood_weight);
   return [diebel] { return (*diebel)(); };
 }

@@ -96,7 +96,7 @@ Vec3 fuzzy_vector_median(std::span<const Vec3> normals, double width) {
   return direction(sum);
 }
 
-ClassicalStep make_fuzzy_vector_median(Surface& surface, const ClassicalOptions& options) {
+ClassicalStep make_step(Surface& surface, const FuzzyVectorMedianOptions& options) {
   return FuzzyVectorMedian(surface, options.normal_width, options.fitting_steps);
 }
 

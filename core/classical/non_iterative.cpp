@@ -79,7 +79,7 @@ class NonIterative {
 
 }  // namespace
 
-ClassicalStep make_non_iterative(Surface& surface, const ClassicalOptions& options) {
+ClassicalStep make_step(Surface& surface, const NonIterativeOptions& options) {
   return NonIterative(surface, options.spatial_width, options.range_width);
 }
 

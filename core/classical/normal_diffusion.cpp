@@ -55,7 +55,7 @@ class NormalDiffusion {
 
 }  // namespace
 
-ClassicalStep make_normal_diffusion(Surface& surface, const ClassicalOptions& options) {
+ClassicalStep make_step(Surface& surface, const NormalDiffusionOptions& options) {
   return NormalDiffusion(surface, options.step, options.normal_width, options.fitting_steps);
 }
 

@@ -35,7 +35,7 @@ class Taubin {
 
 }  // namespace
 
-ClassicalStep make_taubin(Surface& surface, const ClassicalOptions& options) {
+ClassicalStep make_step(Surface& surface, const TaubinOptions& options) {
   return Taubin(surface, options.step, options.passband);
 }
 

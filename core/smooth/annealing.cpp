@@ -15,11 +15,11 @@ double scheduled(double start, double end, double time) {
   return start > 0 && end > 0 ? start * std::pow(end / start, time) : start + (end - start) * time;
 }
 
-Annealing::Annealing(const Mesh& measured, const Topology& topology, const SmoothOptions& run_options,
-                     std::span<const double> weights)
+Annealing::Annealing(const Mesh& measured, const Topology& topology, const MrfOptions& run_options,
+                     std::uint32_t threads, std::span<const double> weights)
     : options(run_options),
       mesh(measured),
-      team(options.threads),
+      team(threads),
       field(mesh, topology, options, weights),
       final_model(EnergyModel::final_of(options)),
       edge_schedule_(schedule_edges(topology)) {

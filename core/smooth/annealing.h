@@ -18,12 +18,12 @@ double scheduled(double start, double end, double time);
 /// The state that all stages of a run work on, and the edge process that each of their sweeps begins with.
 class Annealing {
  public:
-  /// `weights` of the likelihood per vertex of `measured`, empty for 1 everywhere. Mesh, topology and options must
-  /// outlive the object.
-  Annealing(const Mesh& measured, const Topology& topology, const SmoothOptions& run_options,
+  /// `threads` 0: as many as the machine has. `weights` of the likelihood per vertex of `measured`, empty for 1
+  /// everywhere. Mesh, topology and options must outlive the object.
+  Annealing(const Mesh& measured, const Topology& topology, const MrfOptions& run_options, std::uint32_t threads,
             std::span<const double> weights);
 
-  const SmoothOptions& options;
+  const MrfOptions& options;
   const Mesh& mesh;
   ThreadTeam team;
   Field field;

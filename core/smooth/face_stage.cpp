@@ -76,7 +76,7 @@ class FaceStage : public Stage {
   }
 
   Annealing& annealing_;
-  const SmoothOptions& options_;
+  const MrfOptions& options_;
   std::uint32_t sweeps_;
   Schedule schedule_;
   FaceProcess process_;

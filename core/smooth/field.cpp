@@ -64,7 +64,7 @@ bool runs_along(const Triangle& face, const Edge& edge) {
 
 }  // namespace
 
-EnergyModel EnergyModel::final_of(const SmoothOptions& options) {
+EnergyModel EnergyModel::final_of(const MrfOptions& options) {
   EnergyModel model{options.likelihood_weight,   options.smoothness_weight, options.sharpness_weight,
                     options.sharpness_threshold, options.support_weight,    options.smoothness};
   model.smoothness_width = static_cast<float>(2 * std::sin(options.smoothness_width / 2));
@@ -76,7 +76,7 @@ EnergyModel EnergyModel::final_of(const SmoothOptions& options) {
   return model;
 }
 
-Field::Field(const Mesh& mesh, const Topology& mesh_topology, const SmoothOptions& options,
+Field::Field(const Mesh& mesh, const Topology& mesh_topology, const MrfOptions& options,
              std::span<const double> weights)
     : topology(mesh_topology),
       unit(mean_edge_length(mesh.positions, topology.edges)),

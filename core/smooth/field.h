@@ -6,8 +6,8 @@
 
 #include "core/mesh/mesh.h"
 #include "core/mesh/topology.h"
+#include "core/options/options.h"
 #include "core/smooth/likelihood.h"
-#include "core/smooth/options.h"
 #include "core/smooth/second_difference.h"
 #include "core/smooth/smooth.h"
 #include "core/smooth/thread_team.h"
@@ -30,7 +30,7 @@ struct EnergyModel {
   double sharpness_limit = std::numbers::pi;  ///< radians; sharper edges are no ridges
 
   /// The model at the end of the annealing.
-  static EnergyModel final_of(const SmoothOptions& options);
+  static EnergyModel final_of(const MrfOptions& options);
 };
 
 /// Added to the squared length of a normal before its root, so that a face without area gets the normal zero without a
@@ -41,7 +41,7 @@ inline constexpr float kNoArea = 1e-30F;
 /// relative to its first vertex that has a face. Faces are wound as the topology turns them.
 struct Field {
   /// `weights` of the likelihood per vertex, empty for 1 everywhere.
-  Field(const Mesh& mesh, const Topology& mesh_topology, const SmoothOptions& options = {},
+  Field(const Mesh& mesh, const Topology& mesh_topology, const MrfOptions& options = {},
         std::span<const double> weights = {});
 
   const Topology& topology;

@@ -20,8 +20,8 @@ std::vector<Vec3> area_vectors(const std::vector<Vec3>& positions, const std::ve
 
 }  // namespace
 
-Likelihood::Likelihood(const std::vector<Vec3>& measured, const std::vector<Triangle>& faces,
-                       const SmoothOptions& options, std::span<const double> weights)
+Likelihood::Likelihood(const std::vector<Vec3>& measured, const std::vector<Triangle>& faces, const MrfOptions& options,
+                       std::span<const double> weights)
     : kind_(options.likelihood),
       width_(options.likelihood_width),
       across_(options.likelihood_across),

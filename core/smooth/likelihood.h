@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/mesh/mesh.h"
-#include "core/smooth/options.h"
+#include "core/options/options.h"
 
 namespace crease {
 
@@ -15,7 +15,7 @@ struct Field;
 class Likelihood {
  public:
   /// Of `measured` positions in mean edge lengths; `weights` per vertex, or empty for 1 everywhere.
-  Likelihood(const std::vector<Vec3>& measured, const std::vector<Triangle>& faces, const SmoothOptions& options,
+  Likelihood(const std::vector<Vec3>& measured, const std::vector<Triangle>& faces, const MrfOptions& options,
              std::span<const double> weights);
 
   /// w_v U_L(v).

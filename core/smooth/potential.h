@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "core/options/options.h"
 #include "core/smooth/lanes.h"
-#include "core/smooth/options.h"
 
 namespace crease {
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <type_traits>
 
+#include "core/classical/classical.h"
 #include "core/smooth/annealing.h"
 #include "core/smooth/renumbering.h"
 
@@ -63,8 +65,9 @@ void exchange(StateArchive& archive, std::uint32_t most_sweeps, SmoothResult& so
 /// Annealing, its stages one after the other, and where it stands.
 class Run {
  public:
-  Run(const Mesh& mesh, const Topology& topology, const SmoothOptions& options, std::span<const double> weights)
-      : annealing_(mesh, topology, options, weights), stages_(make_stages(annealing_)) {}
+  Run(const Mesh& mesh, const Topology& topology, const MrfOptions& options, std::uint32_t threads,
+      std::span<const double> weights)
+      : annealing_(mesh, topology, options, threads, weights), stages_(make_stages(annealing_)) {}
 
   const Annealing& annealing() const { return annealing_; }
 
@@ -115,17 +118,15 @@ class Run {
   Place place_;
 };
 
-}  // namespace
-
-SmoothResult smooth(const Mesh& measured, const Topology& topology, const SmoothOptions& options, RunContext& context,
-                    std::span<const double> weights) {
+SmoothResult anneal(const Mesh& measured, const Topology& topology, const MrfOptions& options, std::uint32_t threads,
+                    RunContext& context, std::span<const double> weights) {
   const auto start = std::chrono::steady_clock::now();
   const Renumbering renumbering(measured);
   Topology renumbered = build_topology(renumbering.mesh);
   const std::vector<Index> edges = new_edges(renumbering, topology, renumbered);
   adopt_orientation(topology, renumbering.new_face, edges, renumbered);
   const std::vector<double> new_weights = renumbering.renumbered(weights);
-  Run run(renumbering.mesh, renumbered, options, new_weights);
+  Run run(renumbering.mesh, renumbered, options, threads, new_weights);
   const Field& field = run.annealing().field;
 
   SmoothResult result;
@@ -145,6 +146,39 @@ SmoothResult smooth(const Mesh& measured, const Topology& topology, const Smooth
   result.labels = gathered(run.annealing().expected_labels(), edges);
   result.seconds = seconds();
   return result;
+}
+
+SmoothResult denoise_classically(const Mesh& measured, const Topology& topology, const ClassicalMethod& method,
+                                 RunContext& context) {
+  SmoothResult result;
+  result.labels.assign(topology.edges.size(), 0);
+  const auto on_iteration = [&](const ClassicalView& view) {
+    SweepRecord& record = result.sweeps.emplace_back();
+    record.sweep = view.iteration;
+    record.stage = "classical";
+    if (!context.on_sweep) return !context.cancel.load();
+    const auto labels = [&] { return result.labels; };
+    return context.on_sweep({record, view.iterations, view.seconds, labels, view.positions}) && !context.cancel.load();
+  };
+  ClassicalResult denoised = denoise(measured, topology, method, on_iteration);
+  result.positions = std::move(denoised.positions);
+  result.seconds = denoised.seconds;
+  result.cancelled = denoised.cancelled;
+  return result;
+}
+
+}  // namespace
+
+SmoothResult smooth(const Mesh& measured, const Topology& topology, const SmoothOptions& options, RunContext& context,
+                    std::span<const double> weights) {
+  const auto run = [&](const auto& method) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(method)>, MrfOptions>) {
+      return anneal(measured, topology, method, options.threads, context, weights);
+    } else {
+      return denoise_classically(measured, topology, method, context);
+    }
+  };
+  return std::visit(run, options.method);
 }
 
 }  // namespace crease

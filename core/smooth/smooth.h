@@ -9,7 +9,7 @@
 
 #include "core/mesh/mesh.h"
 #include "core/mesh/topology.h"
-#include "core/smooth/options.h"
+#include "core/options/options.h"
 
 namespace crease {
 
@@ -64,9 +64,10 @@ struct SmoothResult {
   bool cancelled = false;
 };
 
-/// The coupled processes of §3.4, annealed (§3.5). `weights` of the likelihood per vertex, empty for 1 everywhere. The
-/// same mesh, options and seed give the same bits for any number of threads, and through any number of checkpoints.
-/// \throw CheckpointError
+/// Denoises `measured` by the method of the options: the coupled processes of §3.4, annealed (§3.5), or a classical
+/// method as a run of one sweep per iteration without labels. `weights` of the likelihood per vertex, empty for 1
+/// everywhere; a classical method has no use for them. The same mesh, options and seed give the same bits for any
+/// number of threads, and through any number of checkpoints. \throw CheckpointError
 SmoothResult smooth(const Mesh& measured, const Topology& topology, const SmoothOptions& options, RunContext& context,
                     std::span<const double> weights = {});
 

@@ -6,7 +6,7 @@
 namespace crease {
 namespace {
 
-Neighborhood neighborhood_of(const SmoothOptions& options) {
+Neighborhood neighborhood_of(const MrfOptions& options) {
   const bool wide =
       options.curvature_weight > 0 || options.ridge_line_weight > 0 || options.likelihood == LikelihoodKind::kVolume;
   return wide ? Neighborhood::kWide : Neighborhood::kFirstOrder;
@@ -63,7 +63,7 @@ class VertexStage : public Stage {
   }
 
   Annealing& annealing_;
-  const SmoothOptions& options_;
+  const MrfOptions& options_;
   std::uint32_t sweeps_;
   Schedule schedule_;
   std::optional<VertexProcess> process_;  // one of the two, by the solver

@@ -131,7 +131,7 @@ class Service {
 
   static JobOutput made(const std::string& upload, const v1::Parameters& parameters) {
     SmoothOptions options = to_options(parameters);
-    options.sweeps = 2;
+    std::get<MrfOptions>(options.method).sweeps = 2;
     RunContext context;
     return run_job(check_input(upload, MeshFormat::kObj), options, context);
   }

@@ -48,9 +48,9 @@ class Figure {
   const Topology& topology() const { return topology_; }
   const std::vector<double>& angles() const { return angles_; }
 
-  Result smoothed(const SmoothOptions& options) const {
+  Result smoothed(const MrfOptions& options) const {
     RunContext context;
-    SmoothResult result = smooth(noisy_, topology_, options, context);
+    SmoothResult result = smooth(noisy_, topology_, {options}, context);
     return {{std::move(result.positions), noisy_.triangles}, std::move(result.labels)};
   }
 
@@ -138,7 +138,7 @@ std::vector<double> sharp_edges(const Mesh& mesh, const Topology& topology, doub
 
 void figure3(const std::filesystem::path& directory) {
   Figure figure = fandisk(3, directory);
-  const SmoothOptions options;
+  const MrfOptions options;
   figure.add("noisy", "noisy, labelled by the dihedral angle alone",
              {figure.noisy(), sharp_edges(figure.noisy(), figure.topology(), options.sharpness_threshold)});
   figure.add("smooth", "smoothed, with its ridge labels", figure.smoothed(options));
@@ -150,15 +150,15 @@ void figure4(const std::filesystem::path& directory) {
   Figure figure = fandisk(4, directory);
   figure.add("original", "original", {figure.original(), {}});
   figure.add("noisy", "noisy", {figure.noisy(), {}});
-  figure.add("fuzzy-vector-median", "fuzzy vector median",
-             {{denoise(figure.noisy(), figure.topology(), ClassicalMethod::kFuzzyVectorMedian).positions,
-               figure.noisy().triangles},
-              {}});
-  SmoothOptions square_root;
+  figure.add(
+      "fuzzy-vector-median", "fuzzy vector median",
+      {{denoise(figure.noisy(), figure.topology(), FuzzyVectorMedianOptions{}).positions, figure.noisy().triangles},
+       {}});
+  MrfOptions square_root;
   square_root.smoothness = Smoothness::kSquareRoot;
   square_root.edge_process = false;
   figure.add("square-root", "square-root potential, no labels", {figure.smoothed(square_root).mesh, {}});
-  SmoothOptions labels;
+  MrfOptions labels;
   labels.sharpness_threshold = 28 / kDegrees;
   figure.add("quadratic", "quadratic potential with labels", figure.smoothed(labels));
   figure.write("feature-preserving methods",
@@ -170,7 +170,7 @@ void figure5(const std::filesystem::path& directory) {
   Figure figure = fandisk(5, directory);
   figure.add("noisy", "noisy", {figure.noisy(), {}});
   figure.add("all", "all ridges kept", figure.smoothed({}));
-  SmoothOptions convex;
+  MrfOptions convex;
   convex.ridge_kind = RidgeKind::kConvex;
   const Result clamped = figure.smoothed(convex);
   figure.add("convex", "ridge_kind=convex", clamped);
@@ -207,7 +207,7 @@ std::vector<Line> normal_field(const Mesh& mesh, double length) {
 void figure6(const std::filesystem::path& directory) {
   const Mesh cube = test::cube(12);
   Figure figure(6, cube, add_noise(cube, 0.2, 1, NoiseKind::kGaussian), {-25, 35, {}}, directory);
-  SmoothOptions options;
+  MrfOptions options;
   options.process = Process::kFace;
   const double length = 0.05;
   figure.add("noisy", "noisy cube, its normals and its sharp edges",

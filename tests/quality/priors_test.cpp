@@ -52,7 +52,7 @@ double error_ratio(const Mesh& original) {
   const auto best = [&](double smoothness, double curvature) {
     double least = 180;
     for (const double weight : {0.1, 0.3, 1.0, 3.0}) {
-      SmoothOptions options;
+      MrfOptions options;
       options.solver = Solver::kMeanField;
       options.sweeps = 400;
       options.edge_process = false;
@@ -91,11 +91,11 @@ TEST(CurvatureClamping, KeepsTheRidgesOfOneKindAndSmoothsTheOthersAway) {
   const Mesh noisy = add_noise(original, 0.2, 1, NoiseKind::kNormal);
   const Topology topology = build_topology(noisy);
   for (const RidgeKind kind : {RidgeKind::kConvex, RidgeKind::kConcave}) {
-    SmoothOptions options;
+    MrfOptions options;
     options.ridge_kind = kind;
     RunContext context;
     Mesh mesh = noisy;
-    mesh.positions = smooth(noisy, topology, options, context).positions;
+    mesh.positions = smooth(noisy, topology, {options}, context).positions;
     const bool keeps_concave = kind == RidgeKind::kConcave;
     const double kept = mean_ridge_angle(original, mesh, keeps_concave);
     const double clamped = mean_ridge_angle(original, mesh, !keeps_concave);
@@ -113,7 +113,7 @@ TEST(RobustLikelihood, LetsOutliersGo) {
   Mesh noisy = add_noise(original, 0.1, 1, NoiseKind::kGaussian);
   for (std::size_t v = 0; v < noisy.positions.size(); v += 50) noisy.positions[v] *= 1.25;
   const auto error = [&](LikelihoodKind kind) {
-    SmoothOptions options;
+    MrfOptions options;
     options.process = Process::kVertex;
     options.edge_process = false;
     options.likelihood = kind;
@@ -132,12 +132,12 @@ TEST(VolumeLikelihood, KeepsTheVolumeOfACube) {
   const Mesh noisy = add_noise(original, 0.2, 1, NoiseKind::kGaussian);
   const Topology topology = build_topology(noisy);
   const auto change = [&](LikelihoodKind kind) {
-    SmoothOptions options;
+    MrfOptions options;
     options.process = Process::kVertex;
     options.edge_process = false;
     options.likelihood = kind;
     RunContext context;
-    return std::abs(relative_volume_change(noisy, topology, smooth(noisy, topology, options, context).positions));
+    return std::abs(relative_volume_change(noisy, topology, smooth(noisy, topology, {options}, context).positions));
   };
   const double quadratic = change(LikelihoodKind::kQuadratic), volume = change(LikelihoodKind::kVolume);
   std::printf("  volume change: quadratic %.4f, volume %.4f\n", quadratic, volume);

@@ -34,10 +34,10 @@ std::optional<Pair> fandisk_pair(double sigma, NoiseKind kind) {
   return Pair{add_noise(original, sigma, 1, kind), original};
 }
 
-Measurement smooth_and_measure(const Pair& pair, const SmoothOptions& options) {
+Measurement smooth_and_measure(const Pair& pair, const MrfOptions& options) {
   const Topology topology = build_topology(pair.noisy);
   RunContext context;
-  const SmoothResult result = smooth(pair.noisy, topology, options, context);
+  const SmoothResult result = smooth(pair.noisy, topology, {options}, context);
   Mesh smoothed = pair.original;
   smoothed.positions = result.positions;
   const EdgeLabels labels{topology.edges, result.labels};
@@ -50,7 +50,7 @@ Measurement smooth_and_measure(const Pair& pair, const SmoothOptions& options) {
 /// The paper's Fig. 4: the feature-preserving potential alone against the quadratic one with labels. Annealed as ours
 /// is, it too reaches a low normal error, but it moves the surface much further from where it was.
 void expect_labels_to_beat_the_square_root(const Pair& pair, const Measurement& ours) {
-  SmoothOptions options;
+  MrfOptions options;
   options.smoothness = Smoothness::kSquareRoot;
   options.edge_process = false;
   const Measurement alone = smooth_and_measure(pair, options);

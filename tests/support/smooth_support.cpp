@@ -6,7 +6,7 @@
 
 namespace crease::test {
 
-Field shaken_field(const Mesh& mesh, const Topology& topology, unsigned seed, const SmoothOptions& options,
+Field shaken_field(const Mesh& mesh, const Topology& topology, unsigned seed, const MrfOptions& options,
                    std::span<const double> weights) {
   Field field(mesh, topology, options, weights);
   std::mt19937 random(seed);
@@ -22,10 +22,10 @@ Field shaken_field(const Mesh& mesh, const Topology& topology, unsigned seed, co
   return field;
 }
 
-Measurement measure_smoothed(const Mesh& noisy, const Mesh& original, const SmoothOptions& options) {
+Measurement measure_smoothed(const Mesh& noisy, const Mesh& original, const MrfOptions& options) {
   const Topology topology = build_topology(noisy);
   RunContext context;
-  const SmoothResult result = smooth(noisy, topology, options, context);
+  const SmoothResult result = smooth(noisy, topology, {options}, context);
   const Mesh smoothed{result.positions, noisy.triangles};
   const EdgeLabels labels{topology.edges, result.labels};
   return measure(original, smoothed, &labels);

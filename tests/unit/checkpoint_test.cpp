@@ -14,19 +14,18 @@ namespace {
 
 constexpr std::uint32_t kSweeps = 24;
 
-SmoothOptions options_of(Process process, Solver solver) {
-  SmoothOptions options;
+MrfOptions options_of(Process process, Solver solver) {
+  MrfOptions options;
   options.process = process;
   options.solver = solver;
   options.sweeps = kSweeps;
   options.rounds = 3;
-  options.threads = 1;
   return options;
 }
 
 struct Variant {
   std::string name;
-  SmoothOptions options;
+  MrfOptions options;
 };
 
 std::vector<Variant> variants() {
@@ -38,17 +37,17 @@ std::vector<Variant> variants() {
       all.push_back({std::string(process_name) + solver_name, options_of(process, solver)});
     }
   }
-  SmoothOptions rich = options_of(Process::kBoth, Solver::kMetropolis);
+  MrfOptions rich = options_of(Process::kBoth, Solver::kMetropolis);
   rich.likelihood = LikelihoodKind::kAnisotropic;
   rich.curvature_weight = 0.3;
   rich.continuity_weight = 0.2;
   rich.ridge_line_weight = 0.2;
   rich.corner_weight = 0.3;
   all.push_back({"every term", rich});
-  SmoothOptions volume = options_of(Process::kVertex, Solver::kMeanField);
+  MrfOptions volume = options_of(Process::kVertex, Solver::kMeanField);
   volume.likelihood = LikelihoodKind::kVolume;
   all.push_back({"volume", volume});
-  SmoothOptions unlabelled = options_of(Process::kBoth, Solver::kMetropolis);
+  MrfOptions unlabelled = options_of(Process::kBoth, Solver::kMetropolis);
   unlabelled.edge_process = false;
   all.push_back({"no edge process", unlabelled});
   return all;
@@ -59,12 +58,12 @@ const Mesh& noisy_cube() {
   return mesh;
 }
 
-SmoothResult run(const Mesh& mesh, const SmoothOptions& options, RunContext& context) {
-  return smooth(mesh, build_topology(mesh), options, context);
+SmoothResult run(const Mesh& mesh, const MrfOptions& options, RunContext& context, std::uint32_t threads = 1) {
+  return smooth(mesh, build_topology(mesh), {options, threads}, context);
 }
 
 /// Runs up to sweep `last` from `checkpoint`, and replaces it by the checkpoint at the end.
-SmoothResult run_until(std::uint32_t last, const SmoothOptions& options, std::string& checkpoint,
+SmoothResult run_until(std::uint32_t last, const MrfOptions& options, std::string& checkpoint,
                        const Mesh& mesh = noisy_cube()) {
   const std::string from = checkpoint;
   RunContext context;
@@ -104,9 +103,7 @@ TEST(Checkpoint, ARunResumedAtAnySweepEndsWithTheSameBits) {
       ASSERT_TRUE(first.cancelled);
       RunContext again;
       again.checkpoint = checkpoint;
-      SmoothOptions other_threads = options;
-      other_threads.threads = 3;
-      const SmoothResult resumed = run(noisy_cube(), other_threads, again);
+      const SmoothResult resumed = run(noisy_cube(), options, again, 3);
       EXPECT_FALSE(resumed.cancelled);
       EXPECT_GE(resumed.seconds, first.seconds / 2) << "time before the checkpoint counts, too";
       expect_same(resumed, expected);
@@ -142,10 +139,10 @@ TEST(Checkpoint, CompletedSweepsAreNotRepeated) {
 }
 
 TEST(Checkpoint, ACheckpointOfAnotherRunIsRefused) {
-  const SmoothOptions options = options_of(Process::kBoth, Solver::kMetropolis);
+  const MrfOptions options = options_of(Process::kBoth, Solver::kMetropolis);
   std::string checkpoint;
   run_until(20, options, checkpoint);
-  const auto refused = [&](const Mesh& mesh, const SmoothOptions& of_run, std::string bytes) {
+  const auto refused = [&](const Mesh& mesh, const MrfOptions& of_run, std::string bytes) {
     RunContext context;
     context.checkpoint = bytes;
     EXPECT_THROW(run(mesh, of_run, context), CheckpointError);
@@ -154,14 +151,14 @@ TEST(Checkpoint, ACheckpointOfAnotherRunIsRefused) {
   refused(test::icosphere(2), options, checkpoint);
   refused(noisy_cube(), options_of(Process::kBoth, Solver::kMeanField), checkpoint);
   refused(noisy_cube(), options_of(Process::kFace, Solver::kMetropolis), checkpoint);
-  SmoothOptions fewer = options;
+  MrfOptions fewer = options;
   fewer.sweeps = 10;
   refused(noisy_cube(), fewer, checkpoint);
   refused(noisy_cube(), options, checkpoint + "x");
 }
 
 TEST(Checkpoint, ADamagedCheckpointIsRefusedOrCompletesARun) {
-  const SmoothOptions options = options_of(Process::kBoth, Solver::kMetropolis);
+  const MrfOptions options = options_of(Process::kBoth, Solver::kMetropolis);
   std::string checkpoint;
   run_until(kSweeps - 1, options, checkpoint);
   for (std::size_t length = 1; length < checkpoint.size(); length += 1 + checkpoint.size() / 97) {

@@ -18,18 +18,26 @@
 namespace crease {
 namespace {
 
-using enum ClassicalMethod;
-constexpr std::array kAll{kFuzzyVectorMedian, kTaubin,       kMeanCurvatureFlow, kAnisotropicFlow,
-                          kNormalDiffusion,   kNonIterative, kBilateral,         kDiebel};
+const std::vector<ClassicalMethod> kAll{
+    FuzzyVectorMedianOptions{}, TaubinOptions{},       MeanCurvatureFlowOptions{}, AnisotropicFlowOptions{},
+    NormalDiffusionOptions{},   NonIterativeOptions{}, BilateralOptions{},         DiebelOptions{}};
+static_assert(std::variant_size_v<ClassicalMethod> == 8);
 
-std::string name_of(ClassicalMethod method) {
-  constexpr std::array kNames{"fuzzy vector median", "Taubin",        "mean curvature flow", "anisotropic flow",
-                              "normal diffusion",    "non-iterative", "bilateral",           "Diebel"};
-  return kNames.at(static_cast<std::size_t>(method));
+std::string_view name_of(const ClassicalMethod& method) {
+  return std::visit([](const auto& options) { return options.kName; }, method);
 }
 
-Mesh denoised(const Mesh& mesh, ClassicalMethod method, const ClassicalOptions& options = {}) {
-  return {denoise(mesh, build_topology(mesh), method, options).positions, mesh.triangles};
+Mesh denoised(const Mesh& mesh, const ClassicalMethod& method) {
+  return {denoise(mesh, build_topology(mesh), method).positions, mesh.triangles};
+}
+
+/// The method with another number of iterations, where it has any.
+ClassicalMethod with_iterations(ClassicalMethod method, std::uint32_t iterations) {
+  const auto set = [&](auto& options) {
+    if constexpr (requires { options.iterations; }) options.iterations = iterations;
+  };
+  std::visit(set, method);
+  return method;
 }
 
 Mesh noisy_sphere(int subdivisions = 3) {
@@ -97,7 +105,7 @@ Mesh book(const std::array<double, 3>& angles) {
 
 TEST(Classical, KeepsAPlane) {
   const Mesh plane = tilted_plane();
-  for (const ClassicalMethod method : kAll) {
+  for (const ClassicalMethod& method : kAll) {
     for (const Vec3& position : denoised(plane, method).positions) {
       EXPECT_NEAR(position.dot(Vec3(1, 2, 2) / 3), 0, 1e-9) << name_of(method);
     }
@@ -111,13 +119,12 @@ TEST(Classical, CommutesWithMovingTurningAndScaling) {
     for (Vec3& position : positions) position = 25 * (turn * position) + Vec3(100, -40, 30);
     return positions;
   };
-  for (const ClassicalMethod method : kAll) {
-    ClassicalOptions options;
-    if (method == kDiebel) options.iterations = 20;  // later, rounding may change a decision of its line search
+  for (const ClassicalMethod& method : kAll) {
+    // Later, rounding may change a decision of the line search of Diebel et al.
+    const ClassicalMethod tried =
+        std::holds_alternative<DiebelOptions>(method) ? DiebelOptions{.iterations = 20} : method;
     const Mesh moved{transform(mesh.positions), mesh.triangles};
-    EXPECT_LT(largest_distance(denoised(moved, method, options).positions,
-                               transform(denoised(mesh, method, options).positions)),
-              1e-5)
+    EXPECT_LT(largest_distance(denoised(moved, tried).positions, transform(denoised(mesh, tried).positions)), 1e-5)
         << name_of(method);
   }
 }
@@ -125,7 +132,7 @@ TEST(Classical, CommutesWithMovingTurningAndScaling) {
 TEST(Classical, BringsANoisySphereCloserToTheSphere) {
   const Mesh sphere = test::icosphere(4), noisy = noisy_sphere(4);
   const double before = measure(sphere, noisy).mean_normal_error_deg;
-  for (const ClassicalMethod method : kAll) {
+  for (const ClassicalMethod& method : kAll) {
     EXPECT_LT(measure(sphere, denoised(noisy, method)).mean_normal_error_deg, 0.5 * before) << name_of(method);
   }
 }
@@ -134,7 +141,7 @@ TEST(Classical, SurvivesEveryMeshAndKeepsItsBoundaries) {
   for (const auto& [name, clean, manifold, closed, degenerate] : test::mesh_family()) {
     for (const Mesh& mesh : {clean, add_noise(clean, 0.4, 1, NoiseKind::kGaussian)}) {
       const Topology topology = build_topology(mesh);
-      for (const ClassicalMethod method : kAll) {
+      for (const ClassicalMethod& method : kAll) {
         const std::vector<Vec3> positions = denoise(mesh, topology, method).positions;
         ASSERT_EQ(positions.size(), mesh.positions.size());
         for (std::size_t v = 0; v < positions.size(); ++v) {
@@ -157,12 +164,13 @@ TEST(Classical, SmoothsNothingAcrossNonManifoldEdges) {
   const Mesh one = book({0, 2, 4}), folded_otherwise = book({0, 1.2, 5.5});
   const std::size_t first_page_end = 7 + (one.positions.size() - 7) / 3;
   ASSERT_EQ(one.positions.size(), 7 + 3 * 42U);
-  for (const ClassicalMethod method : kAll) {
-    ClassicalOptions options;
-    if (method == kDiebel) options.likelihood_weight = 8;  // all pages share one line search: compare the minima
-    if (method == kDiebel) options.iterations = 3000;
-    std::vector<Vec3> a = denoised(one, method, options).positions;
-    std::vector<Vec3> b = denoised(folded_otherwise, method, options).positions;
+  for (const ClassicalMethod& method : kAll) {
+    // All pages share one line search of Diebel et al.: compare the minima.
+    const ClassicalMethod tried = std::holds_alternative<DiebelOptions>(method)
+                                      ? DiebelOptions{.iterations = 3000, .likelihood_weight = 8}
+                                      : method;
+    std::vector<Vec3> a = denoised(one, tried).positions;
+    std::vector<Vec3> b = denoised(folded_otherwise, tried).positions;
     a.resize(first_page_end);
     b.resize(first_page_end);
     EXPECT_LT(largest_distance(a, b), 1e-6) << name_of(method);
@@ -172,7 +180,7 @@ TEST(Classical, SmoothsNothingAcrossNonManifoldEdges) {
 TEST(Classical, KeepsMeshesWithoutExtentAndHandlesExtremeScales) {
   Mesh point = test::icosphere(1);
   for (Vec3& position : point.positions) position = Vec3(1, 2, 3);
-  for (const ClassicalMethod method : kAll) {
+  for (const ClassicalMethod& method : kAll) {
     EXPECT_EQ(denoised(point, method).positions, point.positions) << name_of(method);
     EXPECT_EQ(denoised(Mesh{{{1, 2, 3}}, {}}, method).positions.size(), 1U) << name_of(method);
     for (const double scale : {1e-200, 1e300, std::numeric_limits<double>::max()}) {
@@ -187,7 +195,7 @@ TEST(Classical, KeepsMeshesWithoutExtentAndHandlesExtremeScales) {
 
 TEST(Classical, GivesTheSameBitsAgain) {
   const Mesh mesh = noisy_sphere();
-  for (const ClassicalMethod method : kAll) {
+  for (const ClassicalMethod& method : kAll) {
     EXPECT_EQ(denoised(mesh, method).positions, denoised(mesh, method).positions) << name_of(method);
   }
 }
@@ -195,39 +203,19 @@ TEST(Classical, GivesTheSameBitsAgain) {
 TEST(Classical, StopsWhenTheCallbackSaysSo) {
   const Mesh mesh = noisy_sphere();
   const Topology topology = build_topology(mesh);
-  for (const ClassicalMethod method : kAll) {
-    const std::uint32_t wanted = method == kNonIterative ? 1 : 2;
+  for (const ClassicalMethod& method : kAll) {
+    const std::uint32_t wanted = std::holds_alternative<NonIterativeOptions>(method) ? 1 : 2;
     std::uint32_t calls = 0;
-    const ClassicalResult stopped = denoise(mesh, topology, method, {}, [&](const ClassicalView& view) {
+    const ClassicalResult stopped = denoise(mesh, topology, method, [&](const ClassicalView& view) {
       EXPECT_EQ(view.iteration, ++calls);
-      EXPECT_EQ(view.iterations, std::max(default_options(method).iterations, 1U));
+      EXPECT_GE(view.iterations, wanted);
       EXPECT_EQ(view.positions().size(), mesh.positions.size());
       return view.iteration < wanted;
     });
     EXPECT_TRUE(stopped.cancelled) << name_of(method);
     EXPECT_EQ(stopped.iterations, wanted) << name_of(method);
     EXPECT_EQ(calls, wanted) << name_of(method);
-    EXPECT_EQ(stopped.positions, denoised(mesh, method, {.iterations = wanted}).positions) << name_of(method);
-  }
-}
-
-TEST(Classical, ReadsOnlyTheOptionsThatHaveADefault) {
-  const Mesh mesh = noisy_sphere();
-  for (const ClassicalMethod method : kAll) {
-    const ClassicalOptions defaults = default_options(method);
-    const std::vector<Vec3> usual = denoised(mesh, method, defaults).positions;
-    EXPECT_EQ(denoised(mesh, method).positions, usual) << name_of(method);
-    const auto expect_read = [&](auto member, auto other) {
-      ClassicalOptions options = defaults;
-      options.*member = other;
-      EXPECT_EQ(denoised(mesh, method, options).positions != usual, defaults.*member != 0) << name_of(method);
-    };
-    using O = ClassicalOptions;
-    for (const auto member : {&O::iterations, &O::fitting_steps}) expect_read(member, 4U);
-    for (const auto member :
-         {&O::step, &O::passband, &O::spatial_width, &O::range_width, &O::normal_width, &O::likelihood_weight}) {
-      expect_read(member, 0.42);
-    }
+    EXPECT_EQ(stopped.positions, denoised(mesh, with_iterations(method, wanted)).positions) << name_of(method);
   }
 }
 
@@ -251,28 +239,27 @@ TEST(FuzzyVectorMedian, IsTheMeanForAWideAndTheMedianForANarrowMembership) {
 TEST(MeanCurvatureFlow, ShrinksASphereAtTheAnalyticRate) {
   const Mesh sphere = test::icosphere(4);
   const double edge = mean_edge_length(sphere.positions, build_topology(sphere).edges);
-  const ClassicalOptions options{.iterations = 10, .step = 1};
-  double radius = 1;  // dr/dt = −2/r, in implicit steps
+  const MeanCurvatureFlowOptions options{.iterations = 10, .step = 1};
+  double radius = 1;  // dr/dt = −2/r, by implicit steps over the geometry before each
   for (std::uint32_t i = 0; i < options.iterations; ++i)
     radius /= 1 + 2 * options.step * edge * edge / (radius * radius);
-  const double shrunk = 1 - mean_radius(denoised(sphere, kMeanCurvatureFlow, options));
+  const double shrunk = 1 - mean_radius(denoised(sphere, options));
   EXPECT_NEAR(shrunk, 1 - radius, 0.02 * (1 - radius));
   EXPECT_NEAR(radius, std::sqrt(1 - 4 * options.iterations * options.step * edge * edge), 0.03 * (1 - radius));
 }
 
 TEST(AnisotropicFlow, KeepsRidgesThatMeanCurvatureFlowRounds) {
   const Mesh cube = test::cube(10);
-  const ClassicalOptions options{.iterations = 10, .step = 0.1, .normal_width = 0.3};
-  const double rounded = volume_change(cube, denoised(cube, kMeanCurvatureFlow, options));
+  const double rounded = volume_change(cube, denoised(cube, MeanCurvatureFlowOptions{.iterations = 10, .step = 0.1}));
   EXPECT_LT(rounded, -0.01);
-  EXPECT_GT(volume_change(cube, denoised(cube, kAnisotropicFlow, options)), 0.02 * rounded);
+  const AnisotropicFlowOptions anisotropic{.iterations = 10, .step = 0.1, .normal_width = 0.3};
+  EXPECT_GT(volume_change(cube, denoised(cube, anisotropic)), 0.02 * rounded);
 }
 
 TEST(Taubin, KeepsTheVolumeThatALaplacianLoses) {
   const Mesh sphere = test::icosphere(4);
-  const ClassicalOptions options{.iterations = 30};
-  EXPECT_LT(std::abs(volume_change(sphere, denoised(sphere, kTaubin, options))), 0.015);
-  EXPECT_LT(volume_change(sphere, denoised(sphere, kMeanCurvatureFlow, options)), -0.1);
+  EXPECT_LT(std::abs(volume_change(sphere, denoised(sphere, TaubinOptions{.iterations = 30}))), 0.015);
+  EXPECT_LT(volume_change(sphere, denoised(sphere, MeanCurvatureFlowOptions{.iterations = 30})), -0.1);
 }
 
 TEST(Diebel, GradientEqualsFiniteDifferences) {
@@ -305,7 +292,7 @@ TEST(Diebel, EnergyNeverRises) {
     const Topology topology = build_topology(noisy);
     Surface surface(noisy, topology);
     DiebelEnergy energy(surface, 0.5);
-    const ClassicalStep step = make_diebel(surface, {.likelihood_weight = 0.5});
+    const ClassicalStep step = make_step(surface, DiebelOptions{.likelihood_weight = 0.5});
     double last = energy.value(surface.positions);
     const double first = last;
     for (int i = 0; i < 60; ++i) {

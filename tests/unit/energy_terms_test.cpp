@@ -19,30 +19,30 @@ std::vector<double> some_weights(std::size_t count) {
 }
 
 /// One option set for every term that a vertex's position takes part in.
-std::vector<std::pair<std::string, SmoothOptions>> variants() {
-  std::vector<std::pair<std::string, SmoothOptions>> all;
+std::vector<std::pair<std::string, MrfOptions>> variants() {
+  std::vector<std::pair<std::string, MrfOptions>> all;
   const auto add = [&](std::string name, auto change) {
-    SmoothOptions options;
+    MrfOptions options;
     options.likelihood_weight = 0.7;
     change(options);
     all.emplace_back(std::move(name), options);
   };
   for (const Smoothness shape :
        {Smoothness::kQuadratic, Smoothness::kSquareRoot, Smoothness::kHuber, Smoothness::kTruncated}) {
-    add("smoothness " + std::to_string(static_cast<int>(shape)), [&](SmoothOptions& o) { o.smoothness = shape; });
+    add("smoothness " + std::to_string(static_cast<int>(shape)), [&](MrfOptions& o) { o.smoothness = shape; });
   }
-  add("huber", [](SmoothOptions& o) {
+  add("huber", [](MrfOptions& o) {
     o.likelihood = LikelihoodKind::kHuber;
     o.likelihood_width = 0.1;
   });
-  add("along the vertex normal", [](SmoothOptions& o) { o.likelihood = LikelihoodKind::kAnisotropic; });
-  add("along z", [](SmoothOptions& o) {
+  add("along the vertex normal", [](MrfOptions& o) { o.likelihood = LikelihoodKind::kAnisotropic; });
+  add("along z", [](MrfOptions& o) {
     o.likelihood = LikelihoodKind::kAnisotropic;
     o.scan_direction = {0, 0, 2};
   });
-  add("volume", [](SmoothOptions& o) { o.likelihood = LikelihoodKind::kVolume; });
-  add("curvature", [](SmoothOptions& o) { o.curvature_weight = 1.5; });
-  add("ridge line", [](SmoothOptions& o) { o.ridge_line_weight = 0.8; });
+  add("volume", [](MrfOptions& o) { o.likelihood = LikelihoodKind::kVolume; });
+  add("curvature", [](MrfOptions& o) { o.curvature_weight = 1.5; });
+  add("ridge line", [](MrfOptions& o) { o.ridge_line_weight = 0.8; });
   return all;
 }
 
@@ -77,7 +77,7 @@ TEST(EnergyTerms, AVertexProposalChangesTheFullEnergyByItsDelta) {
 }
 
 TEST(EnergyTerms, ALabelProposalChangesTheFullEnergyByItsDelta) {
-  SmoothOptions options;
+  MrfOptions options;
   options.curvature_weight = 1.5;
   options.continuity_weight = 0.4;
   const EnergyModel model = EnergyModel::final_of(options);
@@ -153,7 +153,7 @@ TEST(Potential, LanesAgreeWithSingleNumbers) {
 TEST(Likelihood, TellsTheDirectionOfTheScanner) {
   const Mesh mesh = test::grid(4, 4);
   const Topology topology = build_topology(mesh);
-  SmoothOptions options;
+  MrfOptions options;
   options.likelihood = LikelihoodKind::kAnisotropic;
   options.likelihood_across = 10;
   for (const Vec3& direction : {Vec3(0, 0, 0), Vec3(0, 0, 3)}) {  // the vertex normal of a flat grid is z
@@ -169,7 +169,7 @@ TEST(Likelihood, TellsTheDirectionOfTheScanner) {
 TEST(Likelihood, OfVolumeIsZeroWhereANeighbourhoodSweepsNone) {
   const Mesh mesh = test::grid(6, 6);
   const Topology topology = build_topology(mesh);
-  SmoothOptions options;
+  MrfOptions options;
   options.likelihood = LikelihoodKind::kVolume;
   options.volume_weight = 100;
   Field field(mesh, topology, options);
@@ -198,7 +198,7 @@ TEST(EdgeTerms, ClampingTurnsTheAngleOfWhatMayBeNoRidge) {
   const Field field(mesh, topology);
   ThreadTeam alone(1);
   EdgeTerms terms;
-  SmoothOptions options;
+  MrfOptions options;
   const auto angle = [&] {
     terms.update(field, EnergyModel::final_of(options), alone);
     return terms.angle[0];

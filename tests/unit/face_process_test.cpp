@@ -17,7 +17,7 @@ namespace crease {
 namespace {
 
 EnergyModel model_with(Smoothness shape) {
-  SmoothOptions options;
+  MrfOptions options;
   options.smoothness = shape;
   options.smoothness_weight = 1.3;
   return EnergyModel::final_of(options);
@@ -112,7 +112,7 @@ TEST(VertexFit, FindsTheMeshOfExactNormals) {
 }
 
 TEST(VertexEnergy, ItsGradientEqualsFiniteDifferences) {
-  std::vector<SmoothOptions> variants(8);
+  std::vector<MrfOptions> variants(8);
   variants[1].smoothness = Smoothness::kSquareRoot;
   variants[2].smoothness = Smoothness::kHuber;
   variants[3].likelihood = LikelihoodKind::kHuber;
@@ -152,7 +152,7 @@ TEST(VertexEnergy, ItsGradientEqualsFiniteDifferences) {
 TEST(VertexDescent, LowersTheEnergyStepByStep) {
   const Mesh mesh = add_noise(test::icosphere(3), 0.3, 1, NoiseKind::kGaussian);
   const Topology topology = build_topology(mesh);
-  SmoothOptions options;
+  MrfOptions options;
   Field field(mesh, topology, options);
   ThreadTeam alone(1);
   VertexDescent descent(field);
@@ -177,7 +177,7 @@ TEST(Process, EachSmoothsANoisyCubeAndFindsItsRidges) {
   const double before = measure(original, noisy).mean_normal_error_deg;
   for (const Process process : {Process::kVertex, Process::kFace, Process::kBoth}) {
     for (const Solver solver : {Solver::kMetropolis, Solver::kMeanField}) {
-      SmoothOptions options;
+      MrfOptions options;
       options.process = process;
       options.solver = solver;
       const Measurement after = test::measure_smoothed(noisy, original, options);
@@ -194,13 +194,12 @@ TEST(Process, AnyNumberOfThreadsGivesTheSameBits) {
     for (const Solver solver : {Solver::kMetropolis, Solver::kMeanField}) {
       std::vector<SmoothResult> results;
       for (const std::uint32_t threads : {1U, 3U}) {
-        SmoothOptions options;
+        MrfOptions options;
         options.process = process;
         options.solver = solver;
         options.sweeps = 20;
-        options.threads = threads;
         RunContext context;
-        results.push_back(smooth(noisy, topology, options, context));
+        results.push_back(smooth(noisy, topology, {options, threads}, context));
       }
       EXPECT_EQ(results[0].positions, results[1].positions);
       EXPECT_EQ(results[0].labels, results[1].labels);

@@ -12,17 +12,16 @@
 namespace crease {
 namespace {
 
-SmoothOptions short_run(std::uint32_t sweeps = 20) {
-  SmoothOptions options;
+MrfOptions short_run(std::uint32_t sweeps = 20) {
+  MrfOptions options;
   options.sweeps = sweeps;
-  options.threads = 1;
   options.process = Process::kVertex;
   return options;
 }
 
-SmoothResult run(const Mesh& mesh, const SmoothOptions& options) {
+SmoothResult run(const Mesh& mesh, const MrfOptions& options, std::uint32_t threads = 1) {
   RunContext context;
-  return smooth(mesh, build_topology(mesh), options, context);
+  return smooth(mesh, build_topology(mesh), {options, threads}, context);
 }
 
 void expect_same_bits(const SmoothResult& a, const SmoothResult& b) {
@@ -36,17 +35,16 @@ void expect_same_bits(const SmoothResult& a, const SmoothResult& b) {
 
 TEST(Smooth, AnyNumberOfThreadsGivesTheSameBits) {
   const Mesh mesh = add_noise(test::icosphere(4), 0.3, 1, NoiseKind::kGaussian);
-  SmoothOptions options = short_run();
+  const MrfOptions options = short_run();
   const SmoothResult one = run(mesh, options);
   for (const std::uint32_t threads : {2U, 3U, 7U}) {
-    options.threads = threads;
-    expect_same_bits(run(mesh, options), one);
+    expect_same_bits(run(mesh, options, threads), one);
   }
 }
 
 TEST(Smooth, ADifferentSeedGivesADifferentResult) {
   const Mesh mesh = add_noise(test::icosphere(2), 0.3, 1, NoiseKind::kGaussian);
-  SmoothOptions options = short_run();
+  MrfOptions options = short_run();
   const SmoothResult first = run(mesh, options);
   options.seed = 2;
   EXPECT_NE(run(mesh, options).positions, first.positions);
@@ -56,7 +54,7 @@ TEST(Smooth, ResultsAreFiniteWithLabelsFromZeroToOneForEveryMesh) {
   for (const auto& [name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
     const Topology topology = build_topology(mesh);
     RunContext context;
-    const SmoothResult result = smooth(mesh, topology, short_run(), context);
+    const SmoothResult result = smooth(mesh, topology, {short_run(), 1}, context);
     ASSERT_EQ(result.positions.size(), mesh.positions.size()) << name;
     ASSERT_EQ(result.labels.size(), topology.edges.size()) << name;
     for (std::size_t v = 0; v < result.positions.size(); ++v) {
@@ -86,7 +84,7 @@ TEST(Smooth, ScalingByAPowerOfTwoScalesTheResultExactly) {
 
 TEST(Smooth, APlaneStaysAPlaneAsTheTemperatureVanishes) {
   const Mesh mesh = test::grid(12, 12);
-  SmoothOptions options = short_run(40);
+  MrfOptions options = short_run(40);
   options.vertex_temperature_start = options.vertex_temperature_end = 1e-9;
   const SmoothResult result = run(mesh, options);
   for (const Vec3& position : result.positions) EXPECT_NEAR(position.z(), 0, 1e-3);
@@ -105,8 +103,8 @@ TEST(Smooth, FindsTheRidgesOfANoisyCube) {
   const Mesh noisy = add_noise(cube, 0.2, 5, NoiseKind::kNormal);
   const Topology topology = build_topology(noisy);
   RunContext context;
-  SmoothOptions options;
-  const SmoothResult result = smooth(noisy, topology, options, context);
+  MrfOptions options;
+  const SmoothResult result = smooth(noisy, topology, {options}, context);
   Mesh smoothed = cube;
   smoothed.positions = result.positions;
   const EdgeLabels labels{topology.edges, result.labels};
@@ -116,7 +114,7 @@ TEST(Smooth, FindsTheRidgesOfANoisyCube) {
 }
 
 TEST(Smooth, WithoutTheEdgeProcessEveryLabelIsZero) {
-  SmoothOptions options = short_run();
+  MrfOptions options = short_run();
   options.edge_process = false;
   const SmoothResult result = run(test::cube(4), options);
   EXPECT_EQ(std::ranges::count(result.labels, 0.0), static_cast<std::ptrdiff_t>(result.labels.size()));
@@ -124,7 +122,7 @@ TEST(Smooth, WithoutTheEdgeProcessEveryLabelIsZero) {
 }
 
 TEST(Smooth, RecordsEverySweepAndFollowsItsSchedules) {
-  SmoothOptions options = short_run(30);
+  MrfOptions options = short_run(30);
   const SmoothResult result = run(add_noise(test::cube(6), 0.3, 1, NoiseKind::kGaussian), options);
   ASSERT_EQ(result.sweeps.size(), 30U);
   const auto expect_geometric = [&](double SweepRecord::*field, double start, double end) {
@@ -143,7 +141,7 @@ TEST(Smooth, RecordsEverySweepAndFollowsItsSchedules) {
 TEST(Smooth, TheStepSizeFollowsTheAcceptanceRate) {
   const Mesh noisy = add_noise(test::icosphere(3), 0.3, 1, NoiseKind::kGaussian);
   for (const double start : {0.001, 1.0}) {
-    SmoothOptions options = short_run(250);
+    MrfOptions options = short_run(250);
     options.step_size = start;
     options.vertex_temperature_start = options.vertex_temperature_end = 0.01;
     EXPECT_NEAR(run(noisy, options).sweeps.back().acceptance, 0.4, 0.1) << start;
@@ -161,13 +159,13 @@ TEST(Smooth, StopsBeforeTheNextSweepWhenAsked) {
     return calls < 7;
   };
   const Mesh mesh = test::cube(3);
-  const SmoothResult result = smooth(mesh, build_topology(mesh), short_run(1000), context);
+  const SmoothResult result = smooth(mesh, build_topology(mesh), {short_run(1000), 1}, context);
   EXPECT_TRUE(result.cancelled);
   EXPECT_EQ(result.sweeps.size(), 7U);
 
   RunContext cancelled;
   cancelled.cancel = true;
-  EXPECT_EQ(smooth(mesh, build_topology(mesh), short_run(1000), cancelled).sweeps.size(), 1U);
+  EXPECT_EQ(smooth(mesh, build_topology(mesh), {short_run(1000), 1}, cancelled).sweeps.size(), 1U);
 }
 
 }  // namespace

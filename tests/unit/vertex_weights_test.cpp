@@ -240,11 +240,11 @@ std::string uneven_cube() {
 }
 
 JobOutput smoothed(const CheckedInput& input) {
-  SmoothOptions options;
+  MrfOptions options;
   options.sweeps = 60;
   options.process = Process::kVertex;
   RunContext context;
-  return run_job(input, options, context);
+  return run_job(input, {options}, context);
 }
 
 std::string weights_json(std::size_t vertices, double first_half, double second_half) {
