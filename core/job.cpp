@@ -18,7 +18,7 @@ ResultFacts result_facts(const CheckedInput& input, const LabelledMesh& result, 
   facts.corners = static_cast<std::uint32_t>(features.corners.size());
   facts.segments = features.segment_count;
   for (std::size_t e = 0; e < result.edges.size(); ++e) {
-    if (result.labels[e] < kRidgeThreshold) continue;
+    if (!is_ridge(result.labels[e])) continue;
     const auto [v0, v1] = result.edges[e];
     ++facts.ridge_edges;
     facts.ridge_length += (result.mesh.positions[v0] - result.mesh.positions[v1]).norm();

@@ -106,13 +106,10 @@ v1::InputFacts to_message(const CheckedInput& input) {
 
 v1::Energy to_message(const Energy& energy) {
   v1::Energy message;
-  message.set_likelihood(energy.likelihood);
-  message.set_smoothness(energy.smoothness);
-  message.set_sharpness(energy.sharpness);
-  message.set_support(energy.support);
-  message.set_curvature(energy.curvature);
-  message.set_continuity(energy.continuity);
-  message.set_ridge_line(energy.ridge_line);
+  for (std::size_t term = 0; term < kTermCount; ++term) {
+    const auto* field = v1::Energy::descriptor()->FindFieldByName(std::string(kTermNames[term]));
+    v1::Energy::GetReflection()->SetDouble(&message, field, energy[term]);
+  }
   message.set_total(energy.total());
   return message;
 }

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <string>
 
+#include "core/base/random.h"
 #include "core/error.h"
 #include "core/mesh/topology.h"
-#include "core/smooth/random.h"
 
 namespace crease {
 namespace {

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/mesh/face_vectors.h"
+
 namespace crease {
 namespace {
 
@@ -56,8 +58,7 @@ Vec3 vector_area(const Mesh& mesh, const Topology& topology, Index vertex) {
   Vec3 sum = Vec3::Zero();
   const auto add_faces = [&](Index of) {
     for (const Index face : topology.vertex_faces[of]) {
-      const auto [a, b, c] = oriented(mesh, topology, face);
-      sum += (mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[c] - mesh.positions[a]);
+      sum += area_vector(mesh.positions, oriented(mesh, topology, face));
     }
   };
   add_faces(vertex);

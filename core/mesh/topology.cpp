@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/mesh/face_vectors.h"
+
 namespace crease {
 namespace {
 
@@ -97,9 +99,9 @@ void orient_faces(const Mesh& mesh, Topology& topology) {
       const Index face = patch[next];
       flipped_count += topology.flipped[face];
       for (const Index edge : topology.face_edges[face]) {
-        if (edge == kNone || !topology.is_interior(edge)) continue;
+        const Index other = topology.face_across(face, edge);
+        if (other == kNone) continue;
         const auto [f0, f1] = topology.edge_faces[edge];
-        const Index other = f0 == face ? f1 : f0;
         const bool same_direction = runs_forward(mesh.triangles[f0], topology.edges[edge]) ==
                                     runs_forward(mesh.triangles[f1], topology.edges[edge]);
         const auto wanted = static_cast<std::uint8_t>(topology.flipped[face] ^ (same_direction ? 1 : 0));
@@ -171,8 +173,7 @@ Triangle oriented(const Mesh& mesh, const Topology& topology, std::size_t face) 
 std::vector<Vec3> face_normals(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions) {
   std::vector<Vec3> normals(mesh.triangles.size());
   for (std::size_t face = 0; face < normals.size(); ++face) {
-    const auto [a, b, c] = oriented(mesh, topology, face);
-    normals[face] = (positions[b] - positions[a]).cross(positions[c] - positions[a]).stableNormalized();
+    normals[face] = area_vector(positions, oriented(mesh, topology, face)).stableNormalized();
   }
   return normals;
 }

@@ -9,6 +9,7 @@ namespace crease {
 
 /// Edges with a ridge label of at least this are drawn and counted as ridges.
 inline constexpr double kRidgeThreshold = 0.5;
+inline bool is_ridge(double label) { return label >= kRidgeThreshold; }
 
 /// An undirected edge, v0 < v1.
 struct Edge {
@@ -18,6 +19,11 @@ struct Edge {
 };
 
 inline Index other_end(const Edge& edge, Index vertex) { return edge.v0 == vertex ? edge.v1 : edge.v0; }
+
+/// Of the two faces at an edge the one that is not `face`.
+inline Index other_face(const std::array<Index, 2>& edge_faces, Index face) {
+  return edge_faces[0] == face ? edge_faces[1] : edge_faces[0];
+}
 
 /// Rows of indices of different lengths in one flat array.
 struct IndexRows {
@@ -49,6 +55,11 @@ struct Topology {
   IndexRows vertex_edges;
 
   bool is_interior(std::size_t edge) const { return edge_face_count[edge] == 2 && edge_twisted[edge] == 0; }
+
+  /// The face across `edge` from `face`; kNone where the edge is kNone or not interior.
+  Index face_across(Index face, Index edge) const {
+    return edge != kNone && is_interior(edge) ? other_face(edge_faces[edge], face) : kNone;
+  }
 };
 
 /// Builds the adjacency of `mesh` in O(n log n). Indices must be in range.

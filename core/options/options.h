@@ -83,6 +83,9 @@ struct MrfOptions {
   double label_temperature_start = 0.3, label_temperature_end = 0.022;
   double vertex_temperature_start = 0.1, vertex_temperature_end = 0.0005;
   double step_size = 0.1;  ///< half-width of a proposal at the start; adapts to the acceptance rate
+
+  /// Vertices at boundaries and non-manifold edges keep their places in descent. Set by Diebel's method, not by users.
+  bool boundaries_stay = false;
 };
 
 /// Face normals become fuzzy vector medians, vertices follow [Shen & Barner 2004].
@@ -147,11 +150,7 @@ struct DiebelOptions {
   double likelihood_weight = 2;    ///< of ‖v⁰ − v‖²/ℓ² against ‖n_i − n_j‖
 };
 
-/// The methods that the paper's smoothing is compared with (§1, Fig. 4).
-using ClassicalMethod =
-    std::variant<FuzzyVectorMedianOptions, TaubinOptions, MeanCurvatureFlowOptions, AnisotropicFlowOptions,
-                 NormalDiffusionOptions, NonIterativeOptions, BilateralOptions, DiebelOptions>;
-
+/// The paper's method and those that it is compared with (§1, Fig. 4).
 using Method =
     std::variant<MrfOptions, FuzzyVectorMedianOptions, TaubinOptions, MeanCurvatureFlowOptions, AnisotropicFlowOptions,
                  NormalDiffusionOptions, NonIterativeOptions, BilateralOptions, DiebelOptions>;

@@ -1,184 +1,55 @@
 #include "core/smooth/smooth.h"
 
-#include <algorithm>
-#include <chrono>
-#include <memory>
 #include <type_traits>
+#include <variant>
 
-#include "core/classical/classical.h"
-#include "core/smooth/annealing.h"
-#include "core/smooth/renumbering.h"
+#include "core/smooth/classical/classical.h"
+#include "core/solve/anneal.h"
 
 namespace crease {
 namespace {
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+/// The energy of Diebel et al. 2006 is the one of the field with the square root as potential and without labels.
+MrfOptions as_mrf(const DiebelOptions& options) {
+  MrfOptions mrf;
+  mrf.process = Process::kVertex;
+  mrf.solver = Solver::kMeanField;
+  mrf.sweeps = options.iterations;
+  mrf.likelihood_weight = mrf.likelihood_weight_start = options.likelihood_weight;
+  mrf.smoothness = Smoothness::kSquareRoot;
+  mrf.edge_process = false;
+  mrf.boundaries_stay = true;
+  return mrf;
 }
 
-template <typename Value>
-std::vector<Value> gathered(const std::vector<Value>& values, const std::vector<Index>& places) {
-  std::vector<Value> result;
-  result.reserve(places.size());
-  for (const Index place : places) result.push_back(values[place]);
-  return result;
-}
-
-std::vector<std::unique_ptr<Stage>> make_stages(Annealing& annealing) {
-  std::vector<std::unique_ptr<Stage>> stages;
-  const auto [process, sweeps] = std::pair(annealing.options.process, annealing.options.sweeps);
-  const std::uint32_t face_sweeps = process == Process::kFace ? sweeps : process == Process::kBoth ? sweeps / 2 : 0;
-  if (face_sweeps > 0) stages.push_back(make_face_stage(annealing, face_sweeps));
-  if (face_sweeps < sweeps) stages.push_back(make_vertex_stage(annealing, sweeps - face_sweeps));
-  return stages;
-}
-
-/// Where a run stands between two sweeps.
-struct Place {
-  std::uint32_t stage = 0;
-  std::uint32_t sweeps = 0;  ///< of the stage, that have been done
-};
-
-void exchange(StateArchive& archive, SweepRecord& record) {
-  std::uint8_t face = record.stage == kFaceStage ? 1 : 0;
-  archive.value(face);
-  record.stage = face == 0 ? kVertexStage : kFaceStage;
-  archive.value(record.sweep);
-  archive.value(record.energy);
-  for (double* number : {&record.likelihood_weight, &record.temperature, &record.label_temperature, &record.step_size,
-                         &record.acceptance, &record.label_acceptance, &record.rms_displacement}) {
-    archive.value(*number);
-  }
-  archive.value(record.ridge_edges);
-}
-
-void exchange(StateArchive& archive, std::uint32_t most_sweeps, SmoothResult& so_far) {
-  auto count = static_cast<std::uint32_t>(so_far.sweeps.size());
-  archive.value(count);
-  if (count > most_sweeps) throw CheckpointError("the checkpoint is of a run with more sweeps");
-  so_far.sweeps.resize(count);
-  for (SweepRecord& record : so_far.sweeps) exchange(archive, record);
-  archive.value(so_far.site_proposals);
-  archive.value(so_far.label_proposals);
-}
-
-/// Annealing, its stages one after the other, and where it stands.
-class Run {
- public:
-  Run(const Mesh& mesh, const Topology& topology, const MrfOptions& options, std::uint32_t threads,
-      std::span<const double> weights)
-      : annealing_(mesh, topology, options, threads, weights), stages_(make_stages(annealing_)) {}
-
-  const Annealing& annealing() const { return annealing_; }
-
-  bool ended() const { return place_.stage == stages_.size(); }
-
-  const SweepRecord& sweep(SmoothResult& result) {
-    Stage& stage = *stages_[place_.stage];
-    if (place_.sweeps == 0) annealing_.restart_average();
-    SweepRecord& record = result.sweeps.emplace_back();
-    record.sweep = static_cast<std::uint32_t>(result.sweeps.size());
-    stage.sweep(place_.sweeps, record.sweep, record);
-    result.site_proposals += stage.sites();
-    result.label_proposals += annealing_.edge_sites();
-    if (++place_.sweeps == stage.sweeps()) place_ = {place_.stage + 1, 0};
-    return record;
-  }
-
-  /// `seconds` that the run has taken.
-  std::string checkpoint(SmoothResult& so_far, double seconds) {
-    StateArchive archive;
-    exchange(archive, so_far, seconds);
-    return archive.take_bytes();
-  }
-
-  /// Returns the seconds that the run had taken. \throw CheckpointError
-  double resume(std::string_view bytes, SmoothResult& so_far) {
-    StateArchive archive(bytes);
-    double seconds = 0;
-    exchange(archive, so_far, seconds);
-    archive.finish();
-    return seconds;
-  }
-
- private:
-  void exchange(StateArchive& archive, SmoothResult& so_far, double& seconds) {
-    archive.value(seconds);
-    archive.value(place_);
-    if (place_.stage > stages_.size() || (!ended() && place_.sweeps >= stages_[place_.stage]->sweeps())) {
-      throw CheckpointError("the checkpoint is of a run with more sweeps");
-    }
-    crease::exchange(archive, annealing_.options.sweeps, so_far);
-    annealing_.exchange(archive);
-    if (!ended()) stages_[place_.stage]->exchange(archive);
-  }
-
-  Annealing annealing_;
-  std::vector<std::unique_ptr<Stage>> stages_;
-  Place place_;
-};
-
-SmoothResult anneal(const Mesh& measured, const Topology& topology, const MrfOptions& options, std::uint32_t threads,
-                    RunContext& context, std::span<const double> weights) {
-  const auto start = std::chrono::steady_clock::now();
-  const Renumbering renumbering(measured);
-  Topology renumbered = build_topology(renumbering.mesh);
-  const std::vector<Index> edges = new_edges(renumbering, topology, renumbered);
-  adopt_orientation(topology, renumbering.new_face, edges, renumbered);
-  const std::vector<double> new_weights = renumbering.renumbered(weights);
-  Run run(renumbering.mesh, renumbered, options, threads, new_weights);
-  const Field& field = run.annealing().field;
-
-  SmoothResult result;
-  const double seconds_before = context.checkpoint.empty() ? 0 : run.resume(context.checkpoint, result);
-  const auto seconds = [&] { return seconds_before + seconds_since(start); };
-  const auto positions = [&] { return gathered(field.upload_positions(renumbering.mesh), renumbering.new_vertex); };
-  const auto labels = [&] { return gathered(field.labels, edges); };
-  const auto checkpoint = [&] { return run.checkpoint(result, seconds()); };
-  while (!run.ended() && !result.cancelled) {
-    const SweepRecord& record = run.sweep(result);
-    if (context.on_sweep) {
-      result.cancelled = !context.on_sweep({record, options.sweeps, seconds(), labels, positions, checkpoint});
-    }
-    result.cancelled = result.cancelled || context.cancel.load();
-  }
-  result.positions = positions();
-  result.labels = gathered(run.annealing().expected_labels(), edges);
-  result.seconds = seconds();
-  return result;
-}
-
-SmoothResult denoise_classically(const Mesh& measured, const Topology& topology, const ClassicalMethod& method,
-                                 RunContext& context) {
-  SmoothResult result;
-  result.labels.assign(topology.edges.size(), 0);
-  const auto on_iteration = [&](const ClassicalView& view) {
-    SweepRecord& record = result.sweeps.emplace_back();
-    record.sweep = view.iteration;
-    record.stage = "classical";
-    if (!context.on_sweep) return !context.cancel.load();
-    const auto labels = [&] { return result.labels; };
-    return context.on_sweep({record, view.iterations, view.seconds, labels, view.positions}) && !context.cancel.load();
-  };
-  ClassicalResult denoised = denoise(measured, topology, method, on_iteration);
-  result.positions = std::move(denoised.positions);
-  result.seconds = denoised.seconds;
-  result.cancelled = denoised.cancelled;
-  return result;
+template <typename Options>
+std::uint32_t iterations_of(const Options& options) {
+  if constexpr (requires { options.iterations; }) return options.iterations;
+  return 1;
 }
 
 }  // namespace
 
 SmoothResult smooth(const Mesh& measured, const Topology& topology, const SmoothOptions& options, RunContext& context,
                     std::span<const double> weights) {
-  const auto run = [&](const auto& method) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(method)>, MrfOptions>) {
-      return anneal(measured, topology, method, options.threads, context, weights);
-    } else {
-      return denoise_classically(measured, topology, method, context);
-    }
-  };
-  return std::visit(run, options.method);
+  if (!has_extent(measured, topology)) {
+    SmoothResult unchanged;
+    unchanged.positions = measured.positions;
+    unchanged.labels.assign(topology.edges.size(), 0);
+    return unchanged;
+  }
+  return std::visit(
+      [&]<typename Options>(const Options& method) {
+        if constexpr (std::is_same_v<Options, MrfOptions>) {
+          return anneal(measured, topology, method, options.threads, context, weights);
+        } else if constexpr (std::is_same_v<Options, DiebelOptions>) {
+          return anneal(measured, topology, as_mrf(method), options.threads, context, {});
+        } else {
+          const auto make = [&](PinnedSurface& surface) { return make_step(surface, method); };
+          return iterate(measured, topology, iterations_of(method), make, context);
+        }
+      },
+      options.method);
 }
 
 }  // namespace crease

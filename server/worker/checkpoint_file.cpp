@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "core/smooth/state_archive.h"
+#include "core/base/state_archive.h"
 #include "proto/convert.h"
 
 namespace creased {

@@ -13,8 +13,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/state_archive.h"
 #include "core/job.h"
-#include "core/smooth/state_archive.h"
 #include "crease/v1/result.pb.h"
 #include "proto/convert.h"
 #include "proto/parameter_table.h"

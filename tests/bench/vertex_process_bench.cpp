@@ -3,17 +3,26 @@
 #include <fstream>
 #include <iterator>
 
+#include "core/energy/gradient.h"
+#include "core/geometry/renumbering.h"
 #include "core/io/decode.h"
-#include "core/smooth/renumbering.h"
-#include "core/smooth/vertex_process.h"
+#include "core/solve/vertex_process.h"
 #include "tests/bench/textbook_sampler.h"
 #include "tests/support/meshes.h"
+#include "tests/support/smooth_support.h"
 
 namespace crease::bench {
 namespace {
 
 constexpr double kTemperature = 0.01, kStep = 0.08;
-constexpr EnergyModel kModel{0.5, 1.0, 0.8, 0.8, 0.2, Smoothness::kQuadratic};
+
+MrfOptions bench_options() {
+  MrfOptions options;
+  options.likelihood_weight = 0.5;
+  options.sharpness_weight = options.sharpness_threshold = 0.8;
+  options.support_weight = 0.2;
+  return options;
+}
 
 /// The noisy bunny if available, otherwise a sphere with about as many vertices. The edge length is about one.
 const Mesh& bench_mesh() {
@@ -32,13 +41,13 @@ const Mesh& bench_mesh() {
 /// Alternates the single-threaded textbook loop and the packed sampler. `ratio` compares their rates within one run.
 void ratio_to_textbook(benchmark::State& state) {
   const Mesh& mesh = bench_mesh();
-  TextbookSampler textbook(to_openmesh(mesh), kModel.likelihood_weight);
+  TextbookSampler textbook(to_openmesh(mesh), bench_options().likelihood_weight);
   const Renumbering renumbering(mesh);
   const Topology topology = build_topology(renumbering.mesh);
-  Field field(renumbering.mesh, topology);
+  test::FieldWithEnergy bench(Field(renumbering.mesh, topology), bench_options());
   const Schedule schedule = schedule_vertices(renumbering.mesh, topology);
   ThreadTeam team(1);
-  VertexProcess process(field, schedule, team.size());
+  VertexProcess process(bench.field, bench.terms, schedule, team.size());
   const CounterRandom random(1, RandomStream::kVertexProcess);
   std::uint32_t sweep = 0;
   double textbook_seconds = 0, packed_seconds = 0;
@@ -50,8 +59,8 @@ void ratio_to_textbook(benchmark::State& state) {
   for (auto _ : state) {
     textbook_seconds += seconds_of([&] { benchmark::DoNotOptimize(textbook.sweep(kTemperature, kStep)); });
     packed_seconds += seconds_of([&] {
-      process.set_model(kModel, team);
-      benchmark::DoNotOptimize(process.sweep(random, ++sweep, kTemperature, kStep, team));
+      bench.terms.labels_changed(bench.field, team);
+      benchmark::DoNotOptimize(process.sweep(bench.weights(), random, ++sweep, kTemperature, kStep, team));
     });
   }
   const auto proposals = static_cast<double>(state.iterations()) * static_cast<double>(mesh.positions.size());
@@ -66,24 +75,42 @@ void speedup_of_second_thread(benchmark::State& state) {
   const Mesh& mesh = bench_mesh();
   const Renumbering renumbering(mesh);
   const Topology topology = build_topology(renumbering.mesh);
-  Field field(renumbering.mesh, topology);
+  test::FieldWithEnergy bench(Field(renumbering.mesh, topology), bench_options());
   const Schedule schedule = schedule_vertices(renumbering.mesh, topology);
   ThreadTeam one(1), two(2);
-  VertexProcess process(field, schedule, two.size());
-  process.set_model(kModel, one);
+  VertexProcess process(bench.field, bench.terms, schedule, two.size());
   const CounterRandom random(1, RandomStream::kVertexProcess);
   std::uint32_t sweep = 0;
   std::array<double, 2> seconds{};
   for (auto _ : state) {
     for (const std::size_t i : {0U, 1U}) {
       const auto start = std::chrono::steady_clock::now();
-      for (int k = 0; k < 10; ++k) process.sweep(random, ++sweep, kTemperature, kStep, i == 0 ? one : two);
+      for (int k = 0; k < 10; ++k)
+        process.sweep(bench.weights(), random, ++sweep, kTemperature, kStep, i == 0 ? one : two);
       seconds[i] += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
   }
   state.counters["speedup"] = seconds[0] / seconds[1];
 }
 BENCHMARK(speedup_of_second_thread)->Unit(benchmark::kMillisecond)->MinTime(5);
+
+/// One evaluation of E with its gradient, as a descent asks for it.
+template <typename Real>
+void energy_with_gradient(benchmark::State& state) {
+  const Mesh mesh = test::icosphere(5);  // 20,480 faces
+  const Topology topology = build_topology(mesh);
+  test::FieldWithEnergy bench(test::shaken_field(mesh, topology, 1), bench_options());
+  std::vector<Real> x, gradient(3 * mesh.positions.size());
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    for (const Vec3& position : bench.field.positions) x.push_back(static_cast<Real>(position[axis]));
+  }
+  EnergyGradient<Real> energy(bench.field, bench.terms);
+  for (auto _ : state) benchmark::DoNotOptimize(energy(bench.weights(), x, gradient, bench.alone));
+  state.counters["faces_per_s"] =
+      benchmark::Counter(static_cast<double>(mesh.triangles.size()), benchmark::Counter::kIsIterationInvariantRate);
+}
+BENCHMARK(energy_with_gradient<float>)->Unit(benchmark::kMicrosecond);
+BENCHMARK(energy_with_gradient<double>)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace crease::bench

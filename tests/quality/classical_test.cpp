@@ -1,11 +1,10 @@
-#include "core/classical/classical.h"
-
 #include <gtest/gtest.h>
 
 #include <optional>
 
 #include "core/io/decode.h"
 #include "core/measure/measure.h"
+#include "core/smooth/smooth.h"
 #include "tests/support/meshes.h"
 
 namespace crease {
@@ -14,7 +13,7 @@ namespace {
 /// What a method reaches with its default options, mean normal error in degrees. Where others have measured it, ours
 /// may be at most a tenth worse than their implementation with its default parameters; otherwise than ours once was.
 struct Figure {
-  ClassicalMethod method;
+  Method method;
   std::string name;
   double fandisk, twelve, bunny;
 };
@@ -39,7 +38,8 @@ void expect_within_a_tenth(const std::string& model, double Figure::*figure) {
   const Topology topology = build_topology(*noisy);
   for (const auto& figures : {kPublished, kOwn}) {
     for (const Figure& expected : figures) {
-      const ClassicalResult result = denoise(*noisy, topology, expected.method);
+      RunContext context;
+      const SmoothResult result = smooth(*noisy, topology, {expected.method, 1}, context);
       const Measurement found = measure(*original, {result.positions, original->triangles});
       std::printf("  %-20s normal error %5.2f deg, vertex error %.3f, %.2f s\n", expected.name.c_str(),
                   found.mean_normal_error_deg, found.mean_vertex_error, result.seconds);

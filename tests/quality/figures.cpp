@@ -6,12 +6,12 @@
 #include <iostream>
 #include <map>
 
-#include "core/classical/classical.h"
 #include "core/io/decode.h"
 #include "core/measure/measure.h"
 #include "core/measure/noise.h"
-#include "core/smooth/face_process.h"
+#include "core/smooth/classical/classical.h"
 #include "core/smooth/smooth.h"
+#include "core/solve/face_process.h"
 #include "tests/quality/render.h"
 #include "tests/support/meshes.h"
 
@@ -48,16 +48,16 @@ class Figure {
   const Topology& topology() const { return topology_; }
   const std::vector<double>& angles() const { return angles_; }
 
-  Result smoothed(const MrfOptions& options) const {
+  Result smoothed(const Method& method) const {
     RunContext context;
-    SmoothResult result = smooth(noisy_, topology_, {options}, context);
+    SmoothResult result = smooth(noisy_, topology_, {method}, context);
     return {{std::move(result.positions), noisy_.triangles}, std::move(result.labels)};
   }
 
   /// Adds a picture and its row of numbers.
   void add(const std::string& name, const std::string& caption, const Result& result, std::vector<Line> lines = {}) {
     for (std::size_t e = 0; e < result.labels.size(); ++e) {
-      if (result.labels[e] < kRidgeThreshold) continue;
+      if (!is_ridge(result.labels[e])) continue;
       const auto [v0, v1] = topology_.edges[e];
       lines.push_back({result.mesh.positions[v0], result.mesh.positions[v1], kRidgeColor});
     }
@@ -150,10 +150,7 @@ void figure4(const std::filesystem::path& directory) {
   Figure figure = fandisk(4, directory);
   figure.add("original", "original", {figure.original(), {}});
   figure.add("noisy", "noisy", {figure.noisy(), {}});
-  figure.add(
-      "fuzzy-vector-median", "fuzzy vector median",
-      {{denoise(figure.noisy(), figure.topology(), FuzzyVectorMedianOptions{}).positions, figure.noisy().triangles},
-       {}});
+  figure.add("fuzzy-vector-median", "fuzzy vector median", {figure.smoothed(FuzzyVectorMedianOptions{}).mesh, {}});
   MrfOptions square_root;
   square_root.smoothness = Smoothness::kSquareRoot;
   square_root.edge_process = false;

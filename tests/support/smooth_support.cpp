@@ -6,9 +6,8 @@
 
 namespace crease::test {
 
-Field shaken_field(const Mesh& mesh, const Topology& topology, unsigned seed, const MrfOptions& options,
-                   std::span<const double> weights) {
-  Field field(mesh, topology, options, weights);
+Field shaken_field(const Mesh& mesh, const Topology& topology, unsigned seed) {
+  Field field(mesh, topology);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> anywhere(0, 1), either_side(-0.1, 0.1);
   for (Vec3& position : field.positions) {
@@ -20,6 +19,22 @@ Field shaken_field(const Mesh& mesh, const Topology& topology, unsigned seed, co
   ThreadTeam alone(1);
   field.update_normals(alone);
   return field;
+}
+
+FieldWithEnergy::FieldWithEnergy(Field start, const MrfOptions& options, std::span<const double> vertex_weights)
+    : field(std::move(start)), terms({field, options, vertex_weights}) {
+  update();
+}
+
+void FieldWithEnergy::update() {
+  field.update_normals(alone);
+  field.update_edges(alone);
+  terms.positions_changed(field, alone);
+  terms.labels_changed(field, alone);
+}
+
+Energy energy_of(const Field& field, const MrfOptions& options, std::span<const double> vertex_weights) {
+  return FieldWithEnergy(field, options, vertex_weights).energy();
 }
 
 Measurement measure_smoothed(const Mesh& noisy, const Mesh& original, const MrfOptions& options) {

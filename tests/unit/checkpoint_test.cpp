@@ -4,9 +4,9 @@
 #include <random>
 #include <set>
 
+#include "core/base/state_archive.h"
 #include "core/measure/noise.h"
 #include "core/smooth/smooth.h"
-#include "core/smooth/state_archive.h"
 #include "tests/support/meshes.h"
 
 namespace crease {

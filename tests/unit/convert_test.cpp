@@ -133,7 +133,10 @@ TEST(LabelledMeshMessage, RefusesArraysThatDoNotFitTogether) {
 TEST(ProgressMessage, GivesFractionAndTimeLeft) {
   SweepRecord record;
   record.sweep = 25;
-  record.energy = {.likelihood = 1, .smoothness = 2, .sharpness = -4, .support = 0.5};
+  record.energy.of<LikelihoodTerm>() = 1;
+  record.energy.of<SmoothnessTerm>() = 2;
+  record.energy.of<SharpnessTerm>() = -4;
+  record.energy.of<SupportTerm>() = 0.5;
   record.temperature = 0.125;
   record.acceptance = 0.5;
   const v1::Progress progress = to_message(SweepView{record, 100, 3.0, {}, {}});
@@ -142,6 +145,7 @@ TEST(ProgressMessage, GivesFractionAndTimeLeft) {
   EXPECT_EQ(progress.sweeps(), 100U);
   EXPECT_EQ(progress.temperature(), 0.125);
   EXPECT_EQ(progress.acceptance(), 0.5);
+  EXPECT_EQ(progress.energy().smoothness(), 2);
   EXPECT_EQ(progress.energy().total(), -0.5);
 }
 

@@ -5,9 +5,9 @@
 #include <numbers>
 #include <random>
 
-#include "core/smooth/edge_process.h"
-#include "core/smooth/field.h"
-#include "core/smooth/vertex_process.h"
+#include "core/energy/field.h"
+#include "core/solve/edge_process.h"
+#include "core/solve/vertex_process.h"
 #include "tests/support/meshes.h"
 #include "tests/support/smooth_support.h"
 
@@ -16,13 +16,18 @@ namespace {
 
 using test::mesh_family;
 
-constexpr EnergyModel kModel{0.7, 1.3, 0.9, 0.5, 0.6, Smoothness::kQuadratic};
-
-EnergyModel with(Smoothness smoothness) {
-  EnergyModel model = kModel;
-  model.smoothness = smoothness;
-  return model;
+MrfOptions with(Smoothness smoothness) {
+  MrfOptions options;
+  options.likelihood_weight = 0.7;
+  options.smoothness_weight = 1.3;
+  options.sharpness_weight = 0.9;
+  options.sharpness_threshold = 0.5;
+  options.support_weight = 0.6;
+  options.smoothness = smoothness;
+  return options;
 }
+
+const MrfOptions kOptions = with(Smoothness::kQuadratic);
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
@@ -34,20 +39,20 @@ Vec3 exact_normal(const Field& field, Index face) {
 }
 
 /// E(v, ε) written down as DESIGN's formula has it, pair by pair.
-Energy brute_force(const Field& field, const EnergyModel& model) {
+Energy brute_force(const Field& field, const MrfOptions& options) {
   const Topology& topology = field.topology;
   Energy sum;
   for (std::size_t v = 0; v < field.positions.size(); ++v) {
-    sum.likelihood += model.likelihood_weight * (field.positions[v] - field.measured[v]).squaredNorm();
+    sum.of<LikelihoodTerm>() += options.likelihood_weight * (field.positions[v] - field.measured[v]).squaredNorm();
   }
   for (std::size_t e = 0; e < topology.edges.size(); ++e) {
     if (!topology.is_interior(e)) continue;
     const Vec3 n0 = exact_normal(field, topology.edge_faces[e][0]), n1 = exact_normal(field, topology.edge_faces[e][1]);
     const double difference = (n0 - n1).norm();
-    const double rho = model.smoothness == Smoothness::kQuadratic ? difference * difference : difference;
+    const double rho = options.smoothness == Smoothness::kQuadratic ? difference * difference : difference;
     const double angle = n0.isZero(0) || n1.isZero(0) ? 0 : angle_between(n0, n1);
-    sum.smoothness += model.smoothness_weight * (1 - field.labels[e]) * rho;
-    sum.sharpness += model.sharpness_weight * (model.sharpness_threshold - angle) * field.labels[e];
+    sum.of<SmoothnessTerm>() += options.smoothness_weight * (1 - field.labels[e]) * rho;
+    sum.of<SharpnessTerm>() += options.sharpness_weight * (options.sharpness_threshold - angle) * field.labels[e];
   }
   for (Index v = 0; v < field.positions.size(); ++v) {
     const auto edges = topology.vertex_edges[v];
@@ -58,8 +63,8 @@ Energy brute_force(const Field& field, const EnergyModel& model) {
     for (std::size_t i = 0; i < edges.size(); ++i) {
       for (std::size_t j = i + 1; j < edges.size(); ++j) {
         const double cos_turning = -outward(edges[i]).dot(outward(edges[j]));
-        sum.support -= model.sharpness_weight * model.support_weight * cos_turning * field.labels[edges[i]] *
-                       field.labels[edges[j]];
+        sum.of<SupportTerm>() -= options.sharpness_weight * options.support_weight * cos_turning *
+                                 field.labels[edges[i]] * field.labels[edges[j]];
       }
     }
   }
@@ -71,12 +76,12 @@ TEST(Energy, EveryTermAgreesWithItsDefinitionPairByPair) {
     const Topology topology = build_topology(mesh);
     const Field field = test::shaken_field(mesh, topology, 3);
     for (const Smoothness smoothness : {Smoothness::kQuadratic, Smoothness::kSquareRoot}) {
-      const Energy actual = energy(field, with(smoothness)), expected = brute_force(field, with(smoothness));
+      const Energy actual = test::energy_of(field, with(smoothness)), expected = brute_force(field, with(smoothness));
       const double tolerance = 1e-7 * static_cast<double>(topology.edges.size() + 1);
-      EXPECT_NEAR(actual.likelihood, expected.likelihood, tolerance) << name;
-      EXPECT_NEAR(actual.smoothness, expected.smoothness, tolerance) << name;
-      EXPECT_NEAR(actual.sharpness, expected.sharpness, tolerance) << name;
-      EXPECT_NEAR(actual.support, expected.support, tolerance) << name;
+      EXPECT_NEAR(actual.of<LikelihoodTerm>(), expected.of<LikelihoodTerm>(), tolerance) << name;
+      EXPECT_NEAR(actual.of<SmoothnessTerm>(), expected.of<SmoothnessTerm>(), tolerance) << name;
+      EXPECT_NEAR(actual.of<SharpnessTerm>(), expected.of<SharpnessTerm>(), tolerance) << name;
+      EXPECT_NEAR(actual.of<SupportTerm>(), expected.of<SupportTerm>(), tolerance) << name;
     }
   }
 }
@@ -84,18 +89,16 @@ TEST(Energy, EveryTermAgreesWithItsDefinitionPairByPair) {
 TEST(Energy, OfALabelProposalIsTheDifferenceOfTheFullEnergies) {
   for (const auto& [name, mesh, manifold, closed, degenerate] : mesh_family()) {
     const Topology topology = build_topology(mesh);
-    Field field = test::shaken_field(mesh, topology, 5);
-    ThreadTeam alone(1);
-    EdgeTerms terms;
-    terms.update(field, kModel, alone);
-    EdgeProcess process(field, terms, kModel);
+    test::FieldWithEnergy state(test::shaken_field(mesh, topology, 5), kOptions);
+    const Field& field = state.field;
+    EdgeProcess process(state.field, state.terms, state.weights());
     for (Index e = 0; e < topology.edges.size(); ++e) {
       if (!topology.is_interior(e)) continue;
-      const double before = brute_force(field, kModel).total();
+      const double before = brute_force(field, kOptions).total();
       const double wanted = e % 3 == 0 ? 0.0 : e % 3 == 1 ? 1.0 : 0.37;
       const double delta = process.delta_energy(e, wanted);
       process.set_label(e, wanted);
-      EXPECT_NEAR(delta, brute_force(field, kModel).total() - before, 1e-6) << name << " edge " << e;
+      EXPECT_NEAR(delta, brute_force(field, kOptions).total() - before, 1e-6) << name << " edge " << e;
       if (e > 60) break;
     }
   }
@@ -106,22 +109,24 @@ TEST(Energy, OfAVertexProposalIsTheDifferenceOfTheFullEnergies) {
     const Topology topology = build_topology(mesh);
     const Schedule schedule = schedule_vertices(mesh, topology);
     for (const Smoothness smoothness : {Smoothness::kQuadratic, Smoothness::kSquareRoot}) {
-      const EnergyModel model = with(smoothness);
-      Field field = test::shaken_field(mesh, topology, 7);
-      VertexProcess process(field, schedule, 1);
-      ThreadTeam alone(1);
-      process.set_model(model, alone);
-      const Energy before = brute_force(field, model);
+      const MrfOptions options = with(smoothness);
+      test::FieldWithEnergy state(test::shaken_field(mesh, topology, 7), options);
+      Field& field = state.field;
+      VertexProcess process(field, state.terms, schedule, 1);
+      const Energy before = brute_force(field, options);
       for (std::size_t slot = 0; slot < std::min<std::size_t>(schedule.sites.size(), 60); ++slot) {
         const Index vertex = schedule.sites[slot];
         const Vec3 old = field.positions[vertex];
         const Vec3 proposed = old + Vec3(0.11, -0.07, 0.05);
-        const double delta = process.delta_energy(slot, proposed);
+        const double delta = process.delta_energy(slot, proposed, state.weights());
         field.positions[vertex] = proposed;
-        const Energy after = brute_force(field, model);
+        const Energy after = brute_force(field, options);
         field.positions[vertex] = old;
         // The support depends on edge directions, which the vertex process leaves to the edge process (§3.5).
-        EXPECT_NEAR(delta, after.likelihood + after.smoothness - before.likelihood - before.smoothness, 2e-5)
+        EXPECT_NEAR(delta,
+                    after.of<LikelihoodTerm>() + after.of<SmoothnessTerm>() - before.of<LikelihoodTerm>() -
+                        before.of<SmoothnessTerm>(),
+                    2e-5)
             << name << " vertex " << vertex;
       }
     }
@@ -140,9 +145,7 @@ TEST(Energy, IsTheSameWhenTheMeshIsMovedTurnedAndScaled) {
     for (std::size_t v = 0; v < same.positions.size(); ++v) {
       same.positions[v] = same.measured[v] + turn * (field.positions[v] - field.measured[v]);
     }
-    ThreadTeam alone(1);
-    same.update_normals(alone);
-    EXPECT_NEAR(energy(same, kModel).total(), energy(field, kModel).total(), 1e-5) << name;
+    EXPECT_NEAR(test::energy_of(same, kOptions).total(), test::energy_of(field, kOptions).total(), 1e-5) << name;
   }
 }
 
@@ -167,21 +170,19 @@ TEST(Energy, IsTheSameWhenVerticesAndFacesAreRenumbered) {
   }
   for (std::size_t e = 0; e < other.edges.size(); ++e)
     same.labels[e] = labels.at({other.edges[e].v0, other.edges[e].v1});
-  ThreadTeam alone(1);
-  same.update_normals(alone);
-  EXPECT_NEAR(energy(same, kModel).total(), energy(field, kModel).total(), 1e-6);
+  EXPECT_NEAR(test::energy_of(same, kOptions).total(), test::energy_of(field, kOptions).total(), 1e-6);
 }
 
 TEST(Energy, ThreadsDoNotChangeABit) {
   const Mesh mesh = test::icosphere(5);
   const Topology topology = build_topology(mesh);
-  const Field field = test::shaken_field(mesh, topology, 17);
-  EdgeTerms terms;
+  test::FieldWithEnergy state(test::shaken_field(mesh, topology, 17), kOptions);
   std::vector<double> totals;
   for (const std::uint32_t threads : {1U, 2U, 3U}) {
     ThreadTeam team(threads);
-    terms.update(field, kModel, team);
-    totals.push_back(energy(field, terms, kModel, team).total());
+    state.field.update_edges(team);
+    state.terms.positions_changed(state.field, team);
+    totals.push_back(state.terms.energy(state.field, state.weights(), team).total());
   }
   EXPECT_EQ(totals[0], totals[1]);
   EXPECT_EQ(totals[0], totals[2]);
@@ -190,16 +191,14 @@ TEST(Energy, ThreadsDoNotChangeABit) {
 TEST(Energy, OfAPlaneIsZeroAndNoMoveOutOfItGoesDownhill) {
   const Mesh mesh = test::grid(6, 5);
   const Topology topology = build_topology(mesh);
-  Field field(mesh, topology);
-  EXPECT_NEAR(energy(field, kModel).total(), 0, 1e-12);
+  test::FieldWithEnergy state(Field(mesh, topology), kOptions);
+  EXPECT_NEAR(state.energy().total(), 0, 1e-12);
   const Schedule schedule = schedule_vertices(mesh, topology);
-  VertexProcess process(field, schedule, 1);
-  ThreadTeam alone(1);
-  process.set_model(kModel, alone);
+  VertexProcess process(state.field, state.terms, schedule, 1);
   for (std::size_t slot = 0; slot < schedule.sites.size(); ++slot) {
-    const Vec3& here = field.positions[schedule.sites[slot]];
+    const Vec3& here = state.field.positions[schedule.sites[slot]];
     for (const double height : {-0.2, -0.01, 0.01, 0.2}) {
-      EXPECT_GT(process.delta_energy(slot, here + Vec3(0, 0, height)), 0);
+      EXPECT_GT(process.delta_energy(slot, here + Vec3(0, 0, height), state.weights()), 0);
     }
   }
 }
@@ -208,20 +207,18 @@ TEST(Energy, StraightRidgesSupportAndHairpinsDiscourageEachOther) {
   const Mesh mesh = test::grid(3, 3);
   const Topology topology = build_topology(mesh);
   Field field(mesh, topology);
-  ThreadTeam alone(1);
-  EnergyModel model = kModel;
-  model.smoothness_weight = 0;
+  MrfOptions options = kOptions;
+  options.smoothness_weight = 0;
   const auto slope_of = [&](Index e, std::initializer_list<Index> labelled) {
     std::fill(field.labels.begin(), field.labels.end(), 0.0);
     for (const Index other : labelled) field.labels[other] = 1;
-    EdgeTerms terms;
-    terms.update(field, model, alone);
-    return EdgeProcess(field, terms, model).slope(e);
+    test::FieldWithEnergy state(field, options);
+    return EdgeProcess(state.field, state.terms, state.weights()).slope(e);
   };
   for (Index e = 0; e < topology.edges.size(); ++e) {
     if (!topology.is_interior(e)) continue;
     const double alone_slope = slope_of(e, {});
-    EXPECT_NEAR(alone_slope, model.sharpness_weight * model.sharpness_threshold, 1e-7);
+    EXPECT_NEAR(alone_slope, options.sharpness_weight * options.sharpness_threshold, 1e-7);
     for (const Index v : {topology.edges[e].v0, topology.edges[e].v1}) {
       for (const Index other : topology.vertex_edges[v]) {
         if (other == e || !topology.is_interior(other)) continue;
@@ -230,8 +227,8 @@ TEST(Energy, StraightRidgesSupportAndHairpinsDiscourageEachOther) {
           return Vec3((field.positions[x.v0 == v ? x.v1 : x.v0] - field.positions[v]).normalized());
         };
         const double cos_turning = -outward(e).dot(outward(other));
-        EXPECT_NEAR(slope_of(e, {other}) - alone_slope, -model.sharpness_weight * model.support_weight * cos_turning,
-                    1e-12);
+        EXPECT_NEAR(slope_of(e, {other}) - alone_slope,
+                    -options.sharpness_weight * options.support_weight * cos_turning, 1e-12);
       }
     }
   }

@@ -1,4 +1,4 @@
-#include "core/smooth/face_process.h"
+#include "core/solve/face_process.h"
 
 #include <gtest/gtest.h>
 
@@ -8,30 +8,30 @@
 #include "core/measure/measure.h"
 #include "core/measure/noise.h"
 #include "core/smooth/smooth.h"
-#include "core/smooth/vertex_descent.h"
-#include "core/smooth/vertex_fit.h"
+#include "core/solve/vertex_fit.h"
 #include "tests/support/meshes.h"
 #include "tests/support/smooth_support.h"
 
 namespace crease {
 namespace {
 
-EnergyModel model_with(Smoothness shape) {
+MrfOptions options_with(Smoothness shape) {
   MrfOptions options;
   options.smoothness = shape;
   options.smoothness_weight = 1.3;
-  return EnergyModel::final_of(options);
+  return options;
 }
 
 TEST(FaceProcess, ANormalsDeltaIsTheDifferenceOfTheFullEnergies) {
   for (const auto& [name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
     for (const Smoothness shape : {Smoothness::kQuadratic, Smoothness::kSquareRoot, Smoothness::kTruncated}) {
       const Topology topology = build_topology(mesh);
-      Field field = test::shaken_field(mesh, topology, 5);
-      ThreadTeam alone(1);
-      FaceProcess process(field, 0.4, 0.6);
+      test::FieldWithEnergy state(test::shaken_field(mesh, topology, 5), options_with(shape));
+      Field& field = state.field;
+      ThreadTeam& alone = state.alone;
+      FaceProcess process(field, state.terms, 0.4, 0.6);
       process.measure(alone);
-      process.set_model(model_with(shape), alone);
+      process.labels_changed(alone);
       const auto total = [&] { return process.likelihood(alone) + process.smoothness(alone); };
       for (Index face = 0; face < std::min<std::size_t>(mesh.triangles.size(), 40); ++face) {
         const UnitNormal proposed = (field.normals[face] + UnitNormal(0.2F, -0.1F, 0.15F, 0)).normalized();
@@ -49,11 +49,11 @@ TEST(FaceProcess, MeanFieldNeverRaisesTheEnergy) {
   const Topology topology = build_topology(mesh);
   const Schedule schedule = schedule_faces(mesh);
   for (const Smoothness shape : {Smoothness::kQuadratic, Smoothness::kHuber, Smoothness::kTruncated}) {
-    Field field = test::shaken_field(mesh, topology, 5);
-    ThreadTeam alone(1);
-    FaceProcess process(field, 0.4, 0.6);
+    test::FieldWithEnergy state(test::shaken_field(mesh, topology, 5), options_with(shape));
+    ThreadTeam& alone = state.alone;
+    FaceProcess process(state.field, state.terms, 0.4, 0.6);
     process.measure(alone);
-    process.set_model(model_with(shape), alone);
+    process.labels_changed(alone);
     double energy = process.likelihood(alone) + process.smoothness(alone);
     for (int pass = 0; pass < 10; ++pass) {
       process.relax(schedule, alone);
@@ -67,15 +67,15 @@ TEST(FaceProcess, MeanFieldNeverRaisesTheEnergy) {
 TEST(FaceProcess, FacesAcrossACornerAreCoupledByTheBetterWayRound) {
   const Mesh mesh = test::icosphere(0);  // five faces round every vertex
   const Topology topology = build_topology(mesh);
-  ThreadTeam alone(1);
   const auto smoothness = [&](double all, Index cut) {
     Field field(mesh, topology);
     std::ranges::fill(field.labels, all);
     if (cut != kNone) field.labels[cut] = 1;
-    FaceProcess process(field, 0, 1);
-    process.measure(alone);
-    process.set_model(model_with(Smoothness::kQuadratic), alone);
-    return process.smoothness(alone);
+    test::FieldWithEnergy state(std::move(field), options_with(Smoothness::kQuadratic));
+    FaceProcess process(state.field, state.terms, 0, 1);
+    process.measure(state.alone);
+    process.labels_changed(state.alone);
+    return process.smoothness(state.alone);
   };
   // With every label at 1/2 neighbours weigh 1/2 and faces two apart 1/4 (the way round over three edges weighs 1/8).
   const Field field(mesh, topology);
@@ -105,69 +105,12 @@ TEST(VertexFit, FindsTheMeshOfExactNormals) {
   Field field(noisy, topology);
   field.normals = Field(original, topology).normals;
   ThreadTeam alone(1);
-  fit_vertices(field, 100, alone);
+  const auto normal = [&](Index f) { return Vec3(field.normals[f].head<3>().cast<double>()); };
+  fit_vertices(
+      field, 100, normal, [](std::size_t) { return true; }, alone);
   Mesh fitted = noisy;
   fitted.positions = field.upload_positions(noisy);
   EXPECT_LT(measure(original, fitted).mean_normal_error_deg, 0.1 * measure(original, noisy).mean_normal_error_deg);
-}
-
-TEST(VertexEnergy, ItsGradientEqualsFiniteDifferences) {
-  std::vector<MrfOptions> variants(8);
-  variants[1].smoothness = Smoothness::kSquareRoot;
-  variants[2].smoothness = Smoothness::kHuber;
-  variants[3].likelihood = LikelihoodKind::kHuber;
-  variants[3].likelihood_width = 0.05;
-  variants[4].likelihood = LikelihoodKind::kAnisotropic;
-  variants[5].likelihood = LikelihoodKind::kVolume;
-  variants[6].curvature_weight = 0.9;
-  variants[7].ridge_line_weight = 0.7;
-  for (std::size_t i = 0; i < variants.size(); ++i) {
-    variants[i].likelihood_weight = 0.8;
-    for (const Mesh& mesh : {test::icosphere(2), test::grid(5, 4)}) {
-      const Topology topology = build_topology(mesh);
-      Field field = test::shaken_field(mesh, topology, 5, variants[i]);
-      ThreadTeam alone(1);
-      VertexEnergy energy(field);
-      energy.set_model(EnergyModel::final_of(variants[i]), alone);
-      energy.value(alone);
-      std::vector<Vec3> gradient;
-      energy.gradient(gradient, alone);
-      constexpr double kStep = 1e-5;
-      for (std::size_t v = 0; v < field.positions.size(); v += 3) {
-        for (Eigen::Index axis = 0; axis < 3; ++axis) {
-          const double here = field.positions[v][axis];
-          field.positions[v][axis] = here + kStep;
-          const double above = energy.value(alone);
-          field.positions[v][axis] = here - kStep;
-          const double below = energy.value(alone);
-          field.positions[v][axis] = here;
-          EXPECT_NEAR(gradient[v][axis], (above - below) / (2 * kStep), 1e-4 * (1 + std::abs(gradient[v][axis])))
-              << "variant " << i << " vertex " << v;
-        }
-      }
-    }
-  }
-}
-
-TEST(VertexDescent, LowersTheEnergyStepByStep) {
-  const Mesh mesh = add_noise(test::icosphere(3), 0.3, 1, NoiseKind::kGaussian);
-  const Topology topology = build_topology(mesh);
-  MrfOptions options;
-  Field field(mesh, topology, options);
-  ThreadTeam alone(1);
-  VertexDescent descent(field);
-  VertexEnergy energy(field);
-  const EnergyModel model = EnergyModel::final_of(options);
-  energy.set_model(model, alone);
-  double last = energy.value(alone);
-  const double first = last;
-  for (int step = 0; step < 30; ++step) {
-    descent.run(model, alone);
-    const double now = energy.value(alone);
-    EXPECT_LE(now, last);
-    last = now;
-  }
-  EXPECT_LT(last, 0.1 * first);
 }
 
 // The paper's Fig. 6.

@@ -1,4 +1,4 @@
-#include "core/smooth/metropolis.h"
+#include "core/solve/metropolis.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,10 @@
 #include <atomic>
 #include <cmath>
 
-#include "core/smooth/edge_process.h"
-#include "core/smooth/vertex_process.h"
+#include "core/solve/edge_process.h"
+#include "core/solve/vertex_process.h"
 #include "tests/support/meshes.h"
+#include "tests/support/smooth_support.h"
 
 namespace crease {
 namespace {
@@ -42,17 +43,26 @@ TEST(Metropolis, AShortcutAgreesWithTheExponentialEverywhere) {
   }
 }
 
+MrfOptions options_with(double smoothness_weight, double threshold, double support_weight) {
+  MrfOptions options;
+  options.likelihood_weight = 0.1;
+  options.smoothness_weight = smoothness_weight;
+  options.sharpness_weight = 1;
+  options.sharpness_threshold = threshold;
+  options.support_weight = support_weight;
+  return options;
+}
+
 // One label: the Gibbs distribution on [0, 1] is proportional to exp(−cε/T), c the slope of E.
 TEST(Metropolis, OneLabelFollowsTheGibbsDistribution) {
-  const EnergyModel model{0.1, 1, 1.0, 0.9, 0.5, Smoothness::kQuadratic};
+  const MrfOptions options = options_with(1, 0.9, 0.5);
   for (const double angle : {0.2, 1.2}) {
     const Mesh mesh = hinge(angle);
     const Topology topology = build_topology(mesh);
-    Field field(mesh, topology);
-    ThreadTeam alone(1);
-    EdgeTerms terms;
-    terms.update(field, model, alone);
-    EdgeProcess process(field, terms, model);
+    test::FieldWithEnergy state(Field(mesh, topology), options);
+    const Field& field = state.field;
+    ThreadTeam& alone = state.alone;
+    EdgeProcess process(state.field, state.terms, state.weights());
     const Schedule schedule = schedule_edges(topology);
     const Index edge = schedule.sites.at(0);
     const double temperature = 0.4, rate = process.slope(edge) / temperature;
@@ -81,19 +91,18 @@ TEST(Metropolis, TwoCoupledLabelsFollowTheGibbsDistribution) {
   mesh.positions = {{0, 0, 0}, {0, 1, 0}, {0, 2, 0}, {-1, 0.5, 0}, {-1, 1.5, 0}, {0.6, 0.5, -0.8}, {0.6, 1.5, -0.8}};
   mesh.triangles = {{0, 1, 3}, {1, 2, 4}, {1, 0, 5}, {2, 1, 6}};
   const Topology topology = build_topology(mesh);
-  const EnergyModel model{0.1, 0.2, 1.0, 1.3, 0.8, Smoothness::kQuadratic};
-  Field field(mesh, topology);
-  ThreadTeam alone(1);
-  EdgeTerms terms;
-  terms.update(field, model, alone);
-  EdgeProcess process(field, terms, model);
+  const MrfOptions options = options_with(0.2, 1.3, 0.8);
+  test::FieldWithEnergy state(Field(mesh, topology), options);
+  const Field& field = state.field;
+  ThreadTeam& alone = state.alone;
+  EdgeProcess process(state.field, state.terms, state.weights());
   const Schedule schedule = schedule_edges(topology);
   ASSERT_EQ(schedule.sites.size(), 2U);
   const double temperature = 0.3;
   const double a = process.slope(schedule.sites[0]), b = process.slope(schedule.sites[1]);
   process.set_label(schedule.sites[1], 1);
   const double coupling = process.slope(schedule.sites[0]) - a;
-  EXPECT_NEAR(coupling, -model.sharpness_weight * model.support_weight, 1e-9);
+  EXPECT_NEAR(coupling, -options.sharpness_weight * options.support_weight, 1e-9);
 
   double weight = 0, mean = 0, product = 0;
   constexpr int kGrid = 400;
@@ -122,18 +131,19 @@ TEST(Metropolis, TwoCoupledLabelsFollowTheGibbsDistribution) {
 TEST(Metropolis, AVertexUnderTheLikelihoodAloneIsGaussian) {
   const Mesh mesh = hinge(0.5);
   const Topology topology = build_topology(mesh);
-  Field field(mesh, topology);
-  const Schedule schedule = schedule_vertices(mesh, topology);
-  VertexProcess process(field, schedule, 1);
   const double alpha = 2.0, temperature = 0.02;
-  ThreadTeam alone(1);
-  process.set_model({alpha, 0, 1, 1, 0, Smoothness::kQuadratic}, alone);
+  MrfOptions options = options_with(0, 1, 0);
+  options.likelihood_weight = alpha;
+  test::FieldWithEnergy state(Field(mesh, topology), options);
+  const Field& field = state.field;
+  const Schedule schedule = schedule_vertices(mesh, topology);
+  VertexProcess process(state.field, state.terms, schedule, 1);
   const CounterRandom random(5, RandomStream::kVertexProcess);
   constexpr int kSweeps = 100'000;
   Vec3 sum = Vec3::Zero(), squares = Vec3::Zero();
   double fourth = 0;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    process.sweep(random, static_cast<std::uint32_t>(sweep), temperature, 0.15, alone);
+    process.sweep(state.weights(), random, static_cast<std::uint32_t>(sweep), temperature, 0.15, state.alone);
     const Vec3 d = field.positions[2] - field.measured[2];
     sum += d;
     squares += d.cwiseAbs2();
@@ -150,13 +160,13 @@ TEST(Metropolis, AVertexUnderTheLikelihoodAloneIsGaussian) {
 TEST(Metropolis, NormalsFollowTheAcceptedMoves) {
   for (const auto& [name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
     const Topology topology = build_topology(mesh);
-    Field field(mesh, topology);
+    test::FieldWithEnergy state(Field(mesh, topology), options_with(1, 0.6, 0.5));
+    const Field& field = state.field;
     const Schedule schedule = schedule_vertices(mesh, topology);
     ThreadTeam team(2);
-    VertexProcess process(field, schedule, team.size());
-    process.set_model({0.5, 1, 0.5, 0.6, 0.5, Smoothness::kQuadratic}, team);
+    VertexProcess process(state.field, state.terms, schedule, team.size());
     for (std::uint32_t sweep = 1; sweep <= 5; ++sweep) {
-      process.sweep(CounterRandom(1, RandomStream::kVertexProcess), sweep, 0.1, 0.1, team);
+      process.sweep(state.weights(), CounterRandom(1, RandomStream::kVertexProcess), sweep, 0.1, 0.1, team);
     }
     for (std::size_t f = 0; f < field.faces.size(); ++f) {
       EXPECT_LT((field.normals[f] - field.face_normal(f)).norm(), 1e-5) << name << " face " << f;

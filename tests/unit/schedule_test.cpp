@@ -1,4 +1,4 @@
-#include "core/smooth/schedule.h"
+#include "core/solve/schedule.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <map>
 #include <numbers>
 
-#include "core/smooth/renumbering.h"
+#include "core/geometry/renumbering.h"
 #include "tests/support/meshes.h"
 
 namespace crease {

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string_view>
+
+#include "core/energy/term.h"
+
+namespace crease {
+
+/// Σ_(e,e') cos θ_ee' (φ_e − φ_e')² ε_e ε_e' over the pairs of edges at a vertex with a turn θ below a right angle: the
+/// dihedral angle changes slowly along a ridge line (§3.3).
+class ContinuityTerm {
+ public:
+  static constexpr std::string_view kName = "continuity";
+  static double weight(const MrfOptions& options) { return options.continuity_weight; }
+  explicit ContinuityTerm(const TermSetup&) {}
+
+  double energy(const Field& field, ThreadTeam& team) const;
+  double slope(const Field& field, Index edge) const;
+};
+
+}  // namespace crease

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "core/energy/terms.h"
+
+namespace crease {
+
+/// E as a function of all positions while the labels stand still, with its gradient: what a descent asks for. Positions
+/// and gradients are flat arrays of 3·vertices numbers, all x first, then all y, then all z, in units of ℓ. Real is
+/// float or double.
+///
+/// ‖n_i − n_j‖ of the square-root potential is rounded off near zero, and the normal of a face fades to zero with its
+/// area, so that E is differentiable everywhere.
+template <typename Real>
+class EnergyGradient {
+ public:
+  /// Field and terms must outlive the object.
+  EnergyGradient(const Field& field, const EnergyTerms& terms);
+
+  /// E at `positions` with its gradient, after EnergyTerms::labels_changed(). The same value for any number of threads.
+  double operator()(const Weights& weights, std::span<const Real> positions, std::span<Real> gradient,
+                    ThreadTeam& team);
+
+ private:
+  using Vector = Eigen::Matrix<Real, 3, 1>;
+
+  /// Vectors as three arrays, read one at a time.
+  struct View {
+    using Vector = EnergyGradient::Vector;
+    const Real *x, *y, *z;
+    Vector operator()(std::size_t i) const { return {x[i], y[i], z[i]}; }
+  };
+  static View view(std::span<const Real> flat) {
+    const std::size_t count = flat.size() / 3;
+    return {flat.data(), flat.data() + count, flat.data() + 2 * count};
+  }
+  /// Where a corner keeps what the vertex gathers: corner k of face f is at k · faces + f.
+  void update_normals(View points, ThreadTeam& team);
+  double edge_pass(const Weights& weights, ThreadTeam& team);
+  double face_pass(const Weights& weights, View points, ThreadTeam& team);
+  double vertex_pass(const Weights& weights, View points, std::span<Real> gradient, ThreadTeam& team);
+  Vector by_normal(const Weights& weights, std::size_t face) const;
+
+  static constexpr std::size_t kChunk = 2048;
+  /// Twice the area in ℓ² below which a normal fades to zero.
+  static constexpr Real kFadingArea = Real(1e-3);
+
+  const Field& field_;
+  const EnergyTerms& terms_;
+  std::vector<std::array<Index, 3>> neighbors_;  ///< per face, across its edges; itself where there is none
+  std::vector<std::array<Index, 3>> edges_;      ///< likewise; one past the last edge where there is none
+  IndexRows corners_;                            ///< per vertex
+  std::vector<Real> normals_;                    ///< faded; flat
+  std::vector<Real> inverse_lengths_;            ///< of the area vectors
+  std::vector<Real> stiffness_;                  ///< per edge: 2 · ∂E/∂‖n_i − n_j‖²
+  std::vector<Real> by_corner_;                  ///< ∂E/∂corner, flat
+};
+
+extern template class EnergyGradient<float>;
+extern template class EnergyGradient<double>;
+
+}  // namespace crease

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "core/energy/term.h"
+
+namespace crease {
+
+/// −Σ_(e,e') cos θ_ee' ε_e ε_e' over the pairs of edges at a vertex: collinear ridge edges encourage each other, and
+/// those of a hairpin discourage each other (§3.3). θ is the turn of a walk from one edge to the other.
+class SupportTerm {
+ public:
+  static constexpr std::string_view kName = "support";
+  static double weight(const MrfOptions& options) { return options.sharpness_weight * options.support_weight; }
+  explicit SupportTerm(const TermSetup& setup) : sums_(setup.field.positions.size(), Vec3::Zero()) {}
+
+  double energy(const Field& field, ThreadTeam& team) const;
+  void positions_changed(const Field& field, ThreadTeam& team);
+  void label_set(const Field& field, Index edge, double by);
+  double slope(const Field& field, Index edge) const;
+
+ private:
+  /// Per vertex Σ ε_e u_e over its edges, u_e pointing away from it. cos θ is minus the cosine between outward
+  /// directions, so the support of edge e at that vertex by all the others is −u_e · (sum − ε_e u_e).
+  std::vector<Vec3> sums_;
+};
+
+}  // namespace crease
