@@ -8,6 +8,7 @@
 #include <array>
 #include <bit>
 
+#include "core/base/text.h"
 #include "core/error.h"
 #include "proto/parameter_table.h"
 
@@ -284,9 +285,7 @@ std::string sha256_hex(std::string_view bytes) {
   if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1) {
     throw Error("internal", "SHA-256 is not available");
   }
-  std::string hex;
-  for (unsigned int i = 0; i < size; ++i) hex += fmt::format("{:02x}", digest[i]);
-  return hex;
+  return hex({digest.data(), size});
 }
 
 }  // namespace crease

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
 #include <string>
+
+#include "core/base/text.h"
 
 namespace crease {
 namespace {
@@ -73,12 +74,6 @@ constexpr std::array kTable = std::to_array<ErrorKind>({
     {"weights_invalid", 422, "The vertex weights are not valid"},
     {"worker_lost", 500, "The job's workers failed too often"},
 });
-
-/// Replaces invalid UTF-8. Protobuf strings and JSON must be UTF-8, but an error may quote any bytes of a request.
-std::string valid_utf8(const std::string& text) {
-  using nlohmann::json;
-  return json::parse(json(text).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
-}
 
 }  // namespace
 

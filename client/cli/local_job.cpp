@@ -6,14 +6,13 @@
 
 #include "client/cli/failure.h"
 #include "client/cli/files.h"
+#include "core/base/stopwatch.h"
 #include "core/job.h"
 #include "proto/convert.h"
 #include "proto/parameter_table.h"
 
 namespace crease::client {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 std::string utc_now() {
   const auto now = std::chrono::system_clock::now();
@@ -68,7 +67,7 @@ LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& for
   job.set_attempt(1);
   *job.mutable_parameters() = resolve(parameters);
 
-  const auto start = Clock::now();
+  const Stopwatch stopwatch;
   const std::string bytes = read_file(mesh);
   std::optional<std::string> weights_json;
   if (!weights.empty()) weights_json = read_file(weights);
@@ -76,7 +75,7 @@ LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& for
   *job.mutable_input() = input_facts(input, mesh, bytes);
   job.set_id(job_fingerprint(job.input(), job.parameters()));
   for (const Warning& warning : input.warnings) *job.add_warnings() = to_message(warning);
-  const double decode_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  const double decode_seconds = stopwatch.seconds();
 
   RunContext context;
   context.on_sweep = [&](const SweepView& view) {

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstdint>
 #include <cstring>
 #include <string>
+
+#include "core/base/text.h"
 
 namespace crease {
 namespace {
@@ -51,18 +52,6 @@ constexpr std::size_t kStlFacet = 50;
 
 const FormatNames& names_of(MeshFormat format) {
   return *std::find_if(kFormats.begin(), kFormats.end(), [&](const FormatNames& row) { return row.format == format; });
-}
-
-std::string lower(std::string_view text) {
-  std::string out(text);
-  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
 std::uint64_t stl_size(std::string_view bytes) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/base/text.h"
 #include "core/io/base64.h"
 #include "core/io/text_cursor.h"
 

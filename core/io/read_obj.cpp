@@ -2,6 +2,7 @@
 #include <array>
 #include <limits>
 
+#include "core/base/text.h"
 #include "core/io/mesh_builder.h"
 #include "core/io/readers.h"
 #include "core/io/text_cursor.h"

@@ -1,3 +1,4 @@
+#include "core/base/text.h"
 #include "core/io/mesh_builder.h"
 #include "core/io/readers.h"
 #include "core/io/text_cursor.h"

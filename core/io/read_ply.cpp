@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/base/text.h"
 #include "core/io/byte_cursor.h"
 #include "core/io/mesh_builder.h"
 #include "core/io/read_ply_header.h"

@@ -1,6 +1,5 @@
-#include <algorithm>
-#include <cctype>
 
+#include "core/base/text.h"
 #include "core/io/byte_cursor.h"
 #include "core/io/mesh_builder.h"
 #include "core/io/readers.h"
@@ -131,10 +130,7 @@ class AsciiReader {
     if (!is(found, keyword)) fail_keyword(fmt::format("'{}'", keyword), found);
   }
 
-  static bool is(std::string_view word, std::string_view keyword) {
-    return word.size() == keyword.size() && std::equal(word.begin(), word.end(), keyword.begin(),
-                                                       [](unsigned char a, char b) { return std::tolower(a) == b; });
-  }
+  static bool is(std::string_view word, std::string_view keyword) { return equals_ignoring_case(word, keyword); }
 
   [[noreturn]] void fail_keyword(std::string_view wanted, std::string_view found) const {
     cursor_.fail(code::kMeshSyntax, fmt::format("expected {}, found '{}'", wanted, printable(found)));
@@ -148,10 +144,7 @@ class AsciiReader {
 /// A binary file may begin with "solid" too: then its length fits its count, or its head holds bytes of no text.
 bool is_ascii(std::string_view bytes) {
   const std::size_t start = bytes.find_first_not_of(" \t\r\n");
-  if (start == std::string_view::npos || bytes.size() - start < 5) return false;
-  for (std::size_t i = 0; i < 5; ++i) {
-    if (std::tolower(static_cast<unsigned char>(bytes[start + i])) != "solid"[i]) return false;
-  }
+  if (start == std::string_view::npos || !equals_ignoring_case(bytes.substr(start, 5), "solid")) return false;
   if (bytes.size() < kCountEnd) return bytes.find('\0') == std::string_view::npos;
   const std::size_t facets = load<std::uint32_t>(bytes.data() + kHeaderBytes, false);
   return bytes.size() != kCountEnd + facets * kFacetBytes &&

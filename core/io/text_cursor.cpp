@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "core/base/text.h"
 #include "core/error.h"
 
 namespace crease {
@@ -63,15 +64,6 @@ void TextCursor::fail(std::string_view code, const std::string& detail) const { 
 void TextCursor::fail_expected(std::string_view what) const {
   if (at_end()) fail(code::kMeshTruncated, fmt::format("the file ends where {} is expected", what));
   fail(code::kMeshSyntax, fmt::format("the line ends where {} is expected", what));
-}
-
-std::string printable(std::string_view text) {
-  constexpr std::size_t kLongest = 32;
-  std::string out(text.substr(0, kLongest));
-  for (char& c : out) {
-    if (c < ' ' || c > '~') c = '?';
-  }
-  return text.size() > kLongest ? out + "..." : out;
 }
 
 }  // namespace crease

@@ -145,7 +145,4 @@ class TextCursor {
   std::size_t line_ = 1;
 };
 
-/// `text` cut to a length that fits a message, with everything but printable ASCII replaced.
-std::string printable(std::string_view text);
-
 }  // namespace crease

@@ -8,7 +8,6 @@
 #include <numeric>
 
 #include "core/error.h"
-#include "core/io/encode.h"
 
 namespace crease {
 namespace {

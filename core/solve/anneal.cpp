@@ -1,18 +1,14 @@
 #include "core/solve/anneal.h"
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 
+#include "core/base/stopwatch.h"
 #include "core/geometry/renumbering.h"
 #include "core/solve/annealing.h"
 
 namespace crease {
 namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 template <typename Value>
 std::vector<Value> gathered(const std::vector<Value>& values, const std::vector<Index>& places) {
@@ -120,7 +116,7 @@ class Run {
 
 SmoothResult anneal(const Mesh& measured, const Topology& topology, const MrfOptions& options, std::uint32_t threads,
                     RunContext& context, std::span<const double> weights) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch stopwatch;
   const Renumbering renumbering(measured);
   Topology renumbered = build_topology(renumbering.mesh);
   const std::vector<Index> edges = new_edges(renumbering, topology, renumbered);
@@ -131,7 +127,7 @@ SmoothResult anneal(const Mesh& measured, const Topology& topology, const MrfOpt
 
   SmoothResult result;
   const double seconds_before = context.checkpoint.empty() ? 0 : run.resume(context.checkpoint, result);
-  const auto seconds = [&] { return seconds_before + seconds_since(start); };
+  const auto seconds = [&] { return seconds_before + stopwatch.seconds(); };
   const auto positions = [&] { return gathered(field.upload_positions(renumbering.mesh), renumbering.new_vertex); };
   const auto labels = [&] { return gathered(field.labels, edges); };
   const auto checkpoint = [&] { return run.checkpoint(result, seconds()); };

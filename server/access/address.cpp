@@ -7,8 +7,12 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "core/base/text.h"
+
 namespace creased {
 namespace {
+
+using crease::trimmed;
 
 constexpr std::array<unsigned char, 12> kMapped = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff};
 constexpr unsigned kBits = 128, kMappedBits = 96, kSubscriberBits = 64;
@@ -17,12 +21,6 @@ bool same_start(const Address::Bytes& a, const Address::Bytes& b, unsigned bits)
   const unsigned whole = bits / 8, rest = bits % 8;
   if (!std::equal(a.begin(), a.begin() + whole, b.begin())) return false;
   return rest == 0 || ((a[whole] ^ b[whole]) >> (8 - rest)) == 0;
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/text.h"
 #include "server/log.h"
 
 namespace creased {
@@ -14,8 +15,7 @@ constexpr std::string_view kScheme = "bearer ";
 
 bool is_bearer(std::string_view authorization) {
   return authorization.size() > kScheme.size() &&
-         std::equal(kScheme.begin(), kScheme.end(), authorization.begin(),
-                    [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
+         crease::equals_ignoring_case(authorization.substr(0, kScheme.size()), kScheme);
 }
 
 std::string bucket_of(const Caller& caller, const Source& source) {

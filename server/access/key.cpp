@@ -8,24 +8,19 @@
 #include <algorithm>
 #include <cctype>
 
+#include "core/base/text.h"
+
 namespace creased {
 namespace {
 
 constexpr std::string_view kPrefix = "crk_";
 constexpr std::size_t kIdBytes = 8, kSecretBytes = 32;
 
-template <typename Bytes>
-std::string hex(const Bytes& bytes) {
-  std::string text;
-  for (const unsigned char byte : bytes) text += fmt::format("{:02x}", byte);
-  return text;
-}
-
 template <std::size_t size>
 std::string random_hex() {
   std::array<unsigned char, size> bytes{};
   if (::RAND_bytes(bytes.data(), static_cast<int>(size)) != 1) throw std::runtime_error("cannot get random bytes");
-  return hex(bytes);
+  return crease::hex(bytes);
 }
 
 Sha256 sha256(std::string_view text) {
@@ -49,7 +44,7 @@ std::string id_of(std::string_view key) {
 NewKey make_key(const std::string& name) {
   const std::string id = random_hex<kIdBytes>();
   const std::string text = fmt::format("{}{}_{}", kPrefix, id, random_hex<kSecretBytes>());
-  return {text, {{"id", id}, {"name", name}, {"sha256", hex(sha256(text))}}};
+  return {text, {{"id", id}, {"name", name}, {"sha256", crease::hex(sha256(text))}}};
 }
 
 std::string without_secrets(std::string text) {

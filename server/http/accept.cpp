@@ -4,10 +4,14 @@
 #include <charconv>
 #include <vector>
 
+#include "core/base/text.h"
 #include "server/http/http_head.h"
 
 namespace creased {
 namespace {
+
+using crease::equals_ignoring_case;
+using crease::trimmed;
 
 struct MediaRange {
   std::string_view type;

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "core/base/text.h"
 #include "proto/error_table.h"
 #include "proto/parameter_table.h"
 #include "server/http/jobs.h"
@@ -16,6 +17,7 @@
 namespace creased {
 namespace {
 
+using crease::equals_ignoring_case;
 using crease::Error;
 
 constexpr std::uint64_t kSmallBody = 64 * 1024;  // for calls that need no body

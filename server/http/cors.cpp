@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <regex>
 
+#include "core/base/text.h"
+
 namespace creased {
 namespace {
+
+using crease::equals_ignoring_case;
 
 constexpr const char* kMethods = "GET, HEAD, POST, DELETE";
 constexpr const char* kRequestHeaders =

@@ -10,8 +10,12 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/text.h"
+
 namespace creased {
 namespace {
+
+using crease::trimmed;
 
 constexpr std::size_t kPiece = 256 * 1024;
 

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <nlohmann/json.hpp>
+
+#include "core/base/text.h"
 
 namespace creased {
 namespace {
@@ -14,15 +15,10 @@ constexpr std::size_t kMaxBytes = 200;
 
 bool is_plain(unsigned char c) { return c < 0x80 && (std::isalnum(c) != 0 || c == '-' || c == '_' || c == '.'); }
 
-std::string as_utf8(std::string_view text) {
-  using nlohmann::json;
-  return json::parse(json(text).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
-}
-
 }  // namespace
 
 std::string clean_file_name(std::string_view name) {
-  std::string clean = as_utf8(name.substr(name.find_last_of("/\\") + 1));
+  std::string clean = crease::valid_utf8(name.substr(name.find_last_of("/\\") + 1));
   std::erase_if(clean, [](unsigned char c) { return c < 0x20 || c == 0x7f; });
   if (clean.size() > kMaxBytes) {
     std::size_t start = clean.size() - kMaxBytes;  // the extension is at the end

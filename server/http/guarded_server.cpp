@@ -12,10 +12,14 @@
 #include <random>
 #include <system_error>
 
+#include "core/base/stopwatch.h"
+#include "core/base/text.h"
 #include "proto/error_table.h"
 
 namespace creased {
 namespace {
+
+using crease::equals_ignoring_case;
 
 constexpr std::size_t kSpareThreads = 16;  // threads that refuse connections over the limit
 constexpr int kBacklog = 511;              // cpp-httplib's default is 5
@@ -198,7 +202,7 @@ std::optional<RequestHead> GuardedServer::head_or_refusal(GuardedStream& stream)
 }
 
 bool GuardedServer::answer(GuardedStream& stream, const RequestHead& head) {
-  const auto start = GuardedStream::Clock::now();
+  const crease::Stopwatch stopwatch;
   Exchange exchange{stream,
                     head,
                     request_id_of(head),
@@ -212,10 +216,9 @@ bool GuardedServer::answer(GuardedStream& stream, const RequestHead& head) {
                                        [&](httplib::Request& request) { fill_request(exchange, request); });
   current_exchange = nullptr;
 
-  const std::chrono::duration<double> time = GuardedStream::Clock::now() - start;
   hooks_.finished({exchange.request_id, head.method, head.target, exchange.route, exchange.source.address.text(),
                    exchange.caller.owner(), exchange.status, stream.body_bytes(), stream.bytes_written(),
-                   time.count()});
+                   stopwatch.seconds()});
   if (!stream.body_complete()) stream.linger(kLinger);
   return written && !exchange.close && stream.body_complete();
 }

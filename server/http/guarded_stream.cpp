@@ -10,11 +10,13 @@
 #include <charconv>
 #include <cstring>
 
+#include "core/base/text.h"
 #include "core/error.h"
 
 namespace creased {
 namespace {
 
+using crease::trimmed;
 using std::chrono::milliseconds;
 
 constexpr std::size_t kPiece = 64 * 1024;

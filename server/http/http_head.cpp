@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <charconv>
 
+#include "core/base/text.h"
 #include "core/error.h"
 
 namespace creased {
 namespace {
+
+using crease::equals_ignoring_case;
+using crease::trimmed;
 
 [[noreturn]] void malformed(const std::string& detail) { throw crease::Error("request_malformed", detail); }
 
@@ -20,8 +24,6 @@ bool is_token(std::string_view text) { return !text.empty() && std::all_of(text.
 bool is_field_text(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](unsigned char c) { return c == '\t' || (c >= 0x20 && c != 0x7f); });
 }
-
-char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 std::string_view take_line(std::string_view& rest) {
   const auto end = rest.find("\r\n");
@@ -157,16 +159,6 @@ RequestHead parse_head(std::string_view bytes, const HeadLimits& limits) {
   settle_framing(head);
   settle_connection(head);
   return head;
-}
-
-bool equals_ignoring_case(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) { return lower(x) == lower(y); });
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
 }  // namespace creased

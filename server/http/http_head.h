@@ -45,9 +45,4 @@ RequestHead parse_head(std::string_view bytes, const HeadLimits& limits);
 /// Whether a line is a header field: a name, a colon, and a value without control characters.
 bool is_field_line(std::string_view line);
 
-/// Compares ASCII text ignoring case.
-bool equals_ignoring_case(std::string_view a, std::string_view b);
-/// The text without spaces and tabs at both ends.
-std::string_view trimmed(std::string_view text);
-
 }  // namespace creased

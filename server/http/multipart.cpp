@@ -1,10 +1,14 @@
 #include "server/http/multipart.h"
 
+#include "core/base/text.h"
 #include "core/error.h"
 #include "server/http/http_head.h"
 
 namespace creased {
 namespace {
+
+using crease::equals_ignoring_case;
+using crease::trimmed;
 
 constexpr std::size_t kMaxPartHead = 8 * 1024;
 

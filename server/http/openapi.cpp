@@ -2,12 +2,11 @@
 
 #include <google/protobuf/descriptor.h>
 
-#include <algorithm>
-#include <cctype>
 #include <map>
 #include <set>
 #include <string>
 
+#include "core/base/text.h"
 #include "core/io/vertex_weights.h"
 #include "crease/v1/job.pb.h"
 #include "crease/v1/result.pb.h"
@@ -268,12 +267,6 @@ Json operation(const Route& route) {
   return one;
 }
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 Json make_document() {
   Json document = {{"openapi", "3.1.0"},
                    {"info",
@@ -281,7 +274,7 @@ Json make_document() {
                      {"version", CREASE_VERSION},
                      {"summary", "Removes noise from triangle meshes, keeps their ridges, and labels them."}}},
                    {"servers", {{{"url", "/"}}}}};
-  for (const auto& route : routes()) document["paths"][route.path][lower(route.method)] = operation(route);
+  for (const auto& route : routes()) document["paths"][route.path][crease::lower(route.method)] = operation(route);
   document["components"]["schemas"] = component_schemas();
   document["components"]["securitySchemes"]["key"] = {
       {"type", "http"},

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <optional>
 
+#include "core/base/text.h"
 #include "proto/convert.h"
 #include "proto/parameter_table.h"
 #include "server/http/file_name.h"
@@ -15,6 +16,7 @@ namespace creased {
 namespace {
 
 using crease::Error;
+using crease::trimmed;
 using std::chrono::seconds;
 
 constexpr seconds kLongestWait{60};

@@ -12,6 +12,7 @@
 #include <set>
 #include <system_error>
 
+#include "core/base/text.h"
 #include "core/error.h"
 #include "core/io/mesh_format.h"
 #include "proto/parameter_table.h"
@@ -23,7 +24,9 @@
 namespace creased {
 namespace {
 
+using crease::equals_ignoring_case;
 using crease::Error;
+using crease::trimmed;
 using nlohmann::json;
 
 constexpr std::size_t kMaxParametersBytes = 64 * 1024;
@@ -202,7 +205,7 @@ void UploadFile::finish() {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned size = 0;
   ::EVP_DigestFinal_ex(hash_.get(), digest.data(), &size);
-  for (unsigned i = 0; i < size; ++i) sha256_ += fmt::format("{:02x}", digest[i]);
+  sha256_ = crease::hex({digest.data(), size});
   ::close(file_);
   file_ = -1;
 }

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/base/state_archive.h"
+#include "core/base/stopwatch.h"
 #include "core/job.h"
 #include "crease/v1/result.pb.h"
 #include "proto/convert.h"
@@ -32,8 +33,6 @@ using std::chrono::milliseconds;
 
 // Smoothing gets at least this many times the time that writing a snapshot or checkpoint takes.
 constexpr int kLeastSmoothingPerFile = 20;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// Tells when something that is done periodically is due.
 class Timer {
@@ -91,7 +90,7 @@ class JobComputation {
 
  private:
   crease::CheckedInput check_upload() {
-    const auto start = Clock::now();
+    const crease::Stopwatch stopwatch;
     const MappedFile upload(files_.upload);
     std::optional<MappedFile> weights;
     if (files_.weights >= 0) weights.emplace(files_.weights);
@@ -101,7 +100,7 @@ class JobComputation {
       throw crease::Error(code::kInternal, "the weights differ from those that the job was submitted with");
     }
     for (const auto& warning : input.warnings) warnings_.push_back(crease::to_message(warning));
-    timings_.set_decode_seconds(seconds_since(start));
+    timings_.set_decode_seconds(stopwatch.seconds());
     return input;
   }
 
@@ -223,12 +222,12 @@ class JobComputation {
   }
 
   void write_result(crease::LabelledMesh result) {
-    const auto start = Clock::now();
+    const crease::Stopwatch stopwatch;
     const v1::LabelledMesh message = crease::to_message(result);
     result = {};
     write_message(output(v1::RUN_FILE_RESULT).get(), message);
     send_complete(v1::RUN_FILE_RESULT);
-    timings_.set_encode_seconds(seconds_since(start));
+    timings_.set_encode_seconds(stopwatch.seconds());
   }
 
   void write_report(const crease::JobOutput& output_of_job) {

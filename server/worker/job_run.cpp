@@ -25,10 +25,6 @@ constexpr milliseconds kStopGrace{3'000};
 /// An attempt may take this many times its limit of processor time, as the machine may have other work.
 constexpr int kWallTimes = 4;
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 double seconds_queued(const v1::Job& job) {
   using google::protobuf::util::TimeUtil;
   constexpr double kMsPerSecond = 1000;
@@ -301,10 +297,10 @@ void JobRun::end_lost(const Loss& loss) {
 
 void JobRun::log_end(bool accepted, std::string_view end) const {
   if (accepted) {
-    spdlog::info("job {} {}: attempt {} after {:.3f} s", claim_.job_id, end, claim_.attempt, seconds_since(started_));
+    spdlog::info("job {} {}: attempt {} after {:.3f} s", claim_.job_id, end, claim_.attempt, stopwatch_.seconds());
   } else {
     spdlog::warn("job {} abandoned: attempt {} {} after {:.3f} s, but the job no longer belonged to this worker",
-                 claim_.job_id, claim_.attempt, end, seconds_since(started_));
+                 claim_.job_id, claim_.attempt, end, stopwatch_.seconds());
   }
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/base/stopwatch.h"
 #include "crease/v1/compute.pb.h"
 #include "server/store/store.h"
 #include "server/worker/sandbox.h"
@@ -61,6 +62,7 @@ class JobRun {
   crease::v1::Job job_;
   std::atomic<bool> taken_away_{false};
   std::map<crease::v1::RunFile, std::optional<ReplacingFile>> files_;
+  const crease::Stopwatch stopwatch_;
   Clock::time_point started_ = Clock::now(), next_look_ = started_;
   bool passing_files_offered_ = false;
   std::optional<Clock::time_point> stop_by_;  // set when the computation was told to stop

@@ -6,6 +6,7 @@
 #include <optional>
 #include <regex>
 
+#include "core/base/text.h"
 #include "tests/fuzz/target.h"
 
 namespace crease::fuzz {
@@ -15,19 +16,8 @@ constexpr auto kNone = std::string_view::npos;
 
 using Fields = std::multimap<std::string, std::string>;  // names in lower case
 
-std::string lower(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 bool is_visible(std::string_view text) {
   return !text.empty() && std::ranges::all_of(text, [](unsigned char c) { return c > 0x20 && c < 0x7f; });
-}
-
-std::string_view without_blanks(std::string_view text) {
-  while (text.starts_with(' ') || text.starts_with('\t')) text.remove_prefix(1);
-  while (text.ends_with(' ') || text.ends_with('\t')) text.remove_suffix(1);
-  return text;
 }
 
 /// Takes a line and its CRLF; nullopt when there is no CRLF or a control character before it.
@@ -47,7 +37,7 @@ std::optional<Fields> take_fields(std::string_view& rest) {
     if (line->empty()) return fields;
     const auto colon = line->find(':');
     if (colon == kNone || !is_visible(line->substr(0, colon))) return std::nullopt;
-    fields.emplace(lower(std::string(line->substr(0, colon))), without_blanks(line->substr(colon + 1)));
+    fields.emplace(lower(std::string(line->substr(0, colon))), trimmed(line->substr(colon + 1)));
   }
   return std::nullopt;
 }
@@ -65,7 +55,7 @@ bool take_bytes(std::string_view& rest, std::string_view digits, int base, std::
 
 bool take_chunks(std::string_view& rest, std::string* taken = nullptr) {
   while (const auto line = take_line(rest)) {
-    const std::string_view size = without_blanks(line->substr(0, line->find(';')));
+    const std::string_view size = trimmed(line->substr(0, line->find(';')));
     if (line->starts_with(' ') || line->starts_with('\t') || !take_bytes(rest, size, 16, taken)) return false;
     if (size.find_first_not_of('0') == kNone) return take_fields(rest).has_value();
     if (!rest.starts_with("\r\n")) return false;

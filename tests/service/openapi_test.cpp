@@ -1,6 +1,7 @@
 #include <fstream>
 #include <set>
 
+#include "core/base/text.h"
 #include "proto/error_table.h"
 #include "proto/parameter_table.h"
 #include "server/http/routes.h"
@@ -21,10 +22,7 @@ TEST_F(OpenApi, HasEveryRouteAndNoOther) {
     for (const auto& [method, operation] : operations.items()) described.insert(method + " " + path);
   }
   for (const auto& route : creased::routes()) {
-    std::string method = route.method;
-    std::transform(method.begin(), method.end(), method.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    routed.insert(method + " " + route.path);
+    routed.insert(lower(route.method) + " " + route.path);
   }
   EXPECT_EQ(described, routed);
 }

@@ -8,21 +8,16 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <stdexcept>
 #include <system_error>
+
+#include "core/base/text.h"
 
 namespace crease::test {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 RawResponse parse_head(const std::string& head) {
   RawResponse response;

@@ -1,7 +1,6 @@
 #include "core/smooth/classical/classical.h"
 
-#include <chrono>
-
+#include "core/base/stopwatch.h"
 #include "core/solve/vertex_fit.h"
 
 namespace crease {
@@ -22,8 +21,7 @@ void fit_to_normals(PinnedSurface& surface, const std::vector<Vec3>& normals, st
 
 SmoothResult iterate(const Mesh& measured, const Topology& topology, std::uint32_t iterations,
                      const std::function<ClassicalStep(PinnedSurface&)>& make_step, RunContext& context) {
-  const auto start = std::chrono::steady_clock::now();
-  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  const Stopwatch stopwatch;
   PinnedSurface surface(measured, topology);
   const ClassicalStep step = make_step(surface);
   SmoothResult result;
@@ -36,11 +34,12 @@ SmoothResult iterate(const Mesh& measured, const Topology& topology, std::uint32
     SweepRecord& record = result.sweeps.emplace_back();
     record.sweep = static_cast<std::uint32_t>(result.sweeps.size());
     record.stage = kClassicalStage;
-    const bool goes_on = !context.on_sweep || context.on_sweep({record, iterations, seconds(), labels, positions});
+    const bool goes_on =
+        !context.on_sweep || context.on_sweep({record, iterations, stopwatch.seconds(), labels, positions});
     result.cancelled = !goes_on || context.cancel.load();
   }
   result.positions = positions();
-  result.seconds = seconds();
+  result.seconds = stopwatch.seconds();
   return result;
 }
 
