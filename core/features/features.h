@@ -13,7 +13,7 @@ struct FeatureOptions {
   SegmentOptions segments;
 };
 
-/// What the ridge labels say of the vertices, the faces and the ridges as lines (§5).
+/// Vertex classes, segments and ridge lines that follow from the ridge labels (§5).
 struct Features {
   std::vector<VertexClass> classes;  ///< per vertex
   std::vector<Index> corners;        ///< the vertices of class corner, ascending
@@ -22,8 +22,8 @@ struct Features {
   std::vector<RidgeLine> ridge_lines;
 };
 
-/// `labels` per edge of the topology of `mesh`, in [0, 1]; `positions` replace those of the mesh. Any mesh will do.
-/// The same input gives the same bits.
+/// Finds the features of any mesh. `labels` are per edge of the topology of `mesh`, in [0, 1]; `positions` replace
+/// those of the mesh. The same input gives the same bits.
 Features find_features(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions,
                        const std::vector<double>& labels, const FeatureOptions& options = {});
 

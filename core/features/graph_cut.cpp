@@ -36,7 +36,7 @@ double FlowNetwork::solve() {
   return flow;
 }
 
-/// Breadth first from the sink against the residual arcs; false when the source is cut off.
+/// Searches from the sink, breadth first, against the residual arcs. Returns false if no path from the source is left.
 bool FlowNetwork::update_distances() {
   distance_.assign(node_count(), kNone);
   queue_.clear();
@@ -59,7 +59,7 @@ bool FlowNetwork::update_distances() {
   return reaches_source;
 }
 
-/// Appends the node's next admissible arc to the path.
+/// Appends the node's next admissible arc to the path. Returns false if there is none.
 bool FlowNetwork::advance(Index node) {
   for (Index& arc = current_[node]; arc != kNone; arc = arcs_[arc].next) {
     if (arcs_[arc].residual > 0 && distance_[arcs_[arc].head] + 1 == distance_[node]) {
@@ -88,7 +88,7 @@ double FlowNetwork::augment_from(Index start) {
   return flow;
 }
 
-/// Pushes what the path can bear and shortens it to before its first full arc.
+/// Pushes as much flow as the path can take, then cuts the path before its first full arc.
 double FlowNetwork::push_along_path() {
   const Index start = arcs_[path_.front() ^ 1U].head, end = arcs_[path_.back()].head;
   double amount = std::min(excess_[start], -excess_[end]);

@@ -7,9 +7,9 @@
 
 namespace crease {
 
-/// A flow network whose nodes hang between one source and one sink, solved by Dinic's algorithm [Dinic 1970]: shortest
-/// augmenting paths, phase by phase, with the current-arc rule. Meant for the small, shallow networks of local moves,
-/// where phases are few. Capacities are finite and not negative.
+/// A flow network between one source and one sink. Dinic's algorithm [Dinic 1970] finds the maximum flow: shortest
+/// augmenting paths, phase by phase, with the current-arc rule. It suits the small, shallow networks of local moves,
+/// which need few phases. Capacities are finite and not negative.
 class FlowNetwork {
  public:
   Index add_node();
@@ -18,9 +18,9 @@ class FlowNetwork {
   /// Adds an arc from `tail` to `head` and its reverse.
   void add_arc(Index tail, Index head, double forward, double backward);
 
-  /// The value of a maximum flow. Call once.
+  /// Finds a maximum flow and returns its value. Call once.
   double solve();
-  /// After solve(): whether `node` is on the sink's side of the minimum cut that has the fewest nodes there.
+  /// Whether `node` is on the sink's side of the minimum cut with the fewest nodes on that side. Call after solve().
   bool on_sink_side(Index node) const { return distance_[node] != kNone; }
 
   std::size_t node_count() const { return excess_.size(); }
@@ -28,7 +28,7 @@ class FlowNetwork {
  private:
   struct Arc {
     Index head;
-    Index next;  ///< of the arcs that leave the same tail
+    Index next;  ///< the next arc with the same tail
     double residual;
   };
 
@@ -38,25 +38,26 @@ class FlowNetwork {
   bool advance(Index node);
 
   std::vector<Arc> arcs_;        ///< an arc and its reverse differ in the lowest bit of their number
-  std::vector<Index> first_;     ///< arc of each node
+  std::vector<Index> first_;     ///< the first arc of each node
   std::vector<double> excess_;   ///< residual from the source when positive, to the sink when negative
   std::vector<Index> distance_;  ///< number of residual arcs to a node that touches the sink; kNone when cut off
   std::vector<Index> current_;
   std::vector<Index> path_;  ///< arcs
   std::vector<Index> queue_;
-  double terminal_flow_ = 0;  ///< that passes a node straight from source to sink
+  double terminal_flow_ = 0;  ///< flow from the source over a single node to the sink
 };
 
-/// An energy of binary labels with terms of one and two sites, minimised exactly by a minimum cut where every pair is
+/// An energy of binary labels with terms of one and two sites. A minimum cut minimises it exactly if every pair is
 /// submodular: E(0,0) + E(1,1) ≤ E(0,1) + E(1,0) [Kolmogorov & Zabih 2004].
 class BinaryEnergy {
  public:
   Index add_site() { return network_.add_node(); }
   void add_unary(Index site, double cost_of_0, double cost_of_1);
-  /// Costs of the labels of (a, b). A pair that is not submodular by rounding alone is taken as modular.
+  /// Adds the costs of the labels of (a, b). The pair must be submodular up to rounding; an excess by rounding is
+  /// dropped.
   void add_pair(Index a, Index b, double cost_00, double cost_01, double cost_10, double cost_11);
 
-  /// The smallest energy; of several minimisers the one with the fewest ones. Call once.
+  /// Minimises the energy and returns it. Of several minimisers, takes the one with the fewest ones. Call once.
   double minimise() { return constant_ + network_.solve(); }
   bool label(Index site) const { return network_.on_sink_side(site); }
   std::size_t site_count() const { return network_.node_count(); }

@@ -10,7 +10,7 @@ struct Chain {
   bool closed = false;
 };
 
-/// The graph of the ridge edges, taken apart chain by chain.
+/// The graph of the ridge edges. It is traced chain by chain.
 class RidgeGraph {
  public:
   RidgeGraph(const Topology& topology, const std::vector<double>& labels, const std::vector<VertexClass>& classes)
@@ -23,7 +23,7 @@ class RidgeGraph {
 
   bool is_untraced_ridge(Index edge) const { return is_ridge(edge) && traced_[edge] == 0; }
 
-  /// The whole chain of an untraced edge, in the order that RidgeLine has.
+  /// Traces the whole chain of an untraced edge, in the order of RidgeLine.
   Chain trace(Index edge) {
     Chain chain;
     chain.edges.push_back(edge);
@@ -46,7 +46,7 @@ class RidgeGraph {
  private:
   bool is_ridge(Index edge) const { return labels_[edge] >= kRidgeThreshold; }
 
-  /// Prolongs the chain from its last vertex up to an end, or until there is no edge left.
+  /// Extends the chain from its last vertex to an end, or until no edge is left.
   void walk(Chain& chain) {
     for (Index vertex = chain.vertices.back(); is_end_[vertex] == 0; vertex = chain.vertices.back()) {
       const auto edges = topology_.vertex_edges[vertex];
@@ -72,7 +72,7 @@ class RidgeGraph {
 
   const Topology& topology_;
   const std::vector<double>& labels_;
-  std::vector<std::uint8_t> is_end_;  ///< per vertex: chains do not pass
+  std::vector<std::uint8_t> is_end_;  ///< per vertex: chains end here
   std::vector<std::uint8_t> traced_;  ///< per edge
 };
 

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kNegligible = 1e-9;
 
-/// What the segments have in common, pair by pair.
+/// The whole border between two segments.
 struct Border {
   Index a, b;  ///< a < b
   double cost;
@@ -35,7 +35,7 @@ class Coarsening {
  private:
   static constexpr Index kWorthwhile = 20;
 
-  /// Joins borders between the same two.
+  /// Joins the borders between the same two segments.
   void add_up_borders() {
     std::ranges::sort(borders_, [](const Border& x, const Border& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
     std::size_t last = 0;
@@ -49,7 +49,8 @@ class Coarsening {
     if (!borders_.empty()) borders_.resize(last + 1);
   }
 
-  /// Settles ties without favouring an end of the mesh, where chains of them would be contracted one by one.
+  /// Breaks ties in a scattered order. In the order of the mesh, a chain of equal borders would lose only one per
+  /// round.
   static std::uint64_t scrambled(const Border& border) {
     const std::uint64_t mixed = (std::uint64_t{border.a} << 32 | border.b) * 0x9e3779b97f4a7c15U;
     return (mixed ^ mixed >> 29) * 0xbf58476d1ce4e5b9U;
@@ -59,7 +60,7 @@ class Coarsening {
     return border.cost != than.cost ? border.cost > than.cost : scrambled(border) > scrambled(than);
   }
 
-  /// The number of the border by which each region saves most, kNone where it saves nothing.
+  /// For each region the border whose removal saves most; kNone where none saves anything.
   std::vector<Index> best_borders() const {
     std::vector<Index> best(region_count_, kNone);
     for (Index i = 0; i < borders_.size(); ++i) {
@@ -71,7 +72,7 @@ class Coarsening {
     return best;
   }
 
-  /// One round; the number of pairs contracted.
+  /// Does one round. Returns the number of pairs that were contracted.
   Index contract() {
     const std::vector<Index> best = best_borders();
     std::vector<Index> renamed(region_count_, kNone);

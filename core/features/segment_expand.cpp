@@ -9,7 +9,7 @@ namespace crease {
 namespace {
 
 constexpr double kNegligible = 1e-9;
-/// An expansion may take faces up to this many steps from its border.
+/// An expansion may take faces up to this many steps from the segment's border.
 constexpr int kReach = 4;
 
 /// The edges of each segment's border.
@@ -55,7 +55,7 @@ class LocalExpansion {
  private:
   bool moves(Index face) const { return cut_.label(site_of_[face]); }
 
-  /// Makes sites of the faces beside the segment and of those a few steps further out.
+  /// Makes sites of the faces beside the segment and of faces a few steps further away.
   void gather(Index alpha, std::span<const Index> border) {
     sites_.clear();
     const auto add = [&](Index face) {
@@ -77,7 +77,7 @@ class LocalExpansion {
     }
   }
 
-  /// Adds the face and the edges to later sites; returns what they cost without a move.
+  /// Adds the face and its edges to later sites. Returns what they cost without a move.
   double add_terms(Index face, Index alpha) {
     const Index own = segments_[face], site = site_of_[face];
     double stay = 0, change = 0, pairs = 0;

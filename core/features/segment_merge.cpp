@@ -9,11 +9,11 @@ namespace {
 
 constexpr double kNegligible = 1e-9;
 
-/// A pair of neighbours as it was when it was queued.
+/// A pair of neighbours with the cost of its border when it was queued.
 struct Candidate {
   double border_cost;
   Index a, b;  ///< a < b
-  /// The dearest border comes out of a queue first.
+  /// The most expensive border comes out of the queue first.
   bool operator<(const Candidate& other) const {
     if (border_cost != other.border_cost) return border_cost < other.border_cost;
     return a != other.a ? a > other.a : b > other.b;
@@ -57,7 +57,7 @@ class RegionGraph {
   }
 
  private:
-  /// Where this is not positive it never will be unless the border changes: the part of the sizes only falls.
+  /// The share of the sizes only falls. A saving that is not positive stays so until the border changes.
   double saving(Index a, Index b, double border_cost) const {
     return border_cost + field_.smallness(area_[a]) + field_.smallness(area_[b]) -
            field_.smallness(area_[a] + area_[b]);
@@ -73,7 +73,7 @@ class RegionGraph {
            saving(pair.a, pair.b, pair.border_cost) > kNegligible;
   }
 
-  /// Into the one with more neighbours, so that no border moves more than a logarithmic number of times.
+  /// Merges into the region with more neighbours. Each border then moves at most a logarithmic number of times.
   void merge(Index a, Index b) {
     if (borders_[a].size() < borders_[b].size()) std::swap(a, b);
     parent_[b] = a;
@@ -92,7 +92,7 @@ class RegionGraph {
   const SegmentField& field_;
   std::vector<Index> parent_;
   std::vector<double> area_;
-  std::vector<std::map<Index, double>> borders_;  ///< per region, what the border to each neighbour costs
+  std::vector<std::map<Index, double>> borders_;  ///< per region, the cost of the border to each neighbour
   std::priority_queue<Candidate> queue_;
 };
 

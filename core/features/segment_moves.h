@@ -6,26 +6,27 @@
 
 namespace crease {
 
-/// The steps of segment_faces. `segments` are numbered from 0; numbers that no face has any more are allowed.
+// The steps of segment_faces. `segments` are numbered from 0. Numbers without faces are allowed.
 
-/// Watershed of the distance from ridges [Mangan & Whitaker 1999], counted in rings of vertices up to `gap_rings`: the
-/// two sides of a ridge meet only in its gaps, and narrow places come apart, which merging mends. Never crosses a
-/// ridge.
+/// Floods a watershed of the distance from ridges [Mangan & Whitaker 1999], counted in rings of vertices up to
+/// `gap_rings`. No basin crosses a ridge; the two sides of a ridge meet only in its gaps. Narrow parts of a segment
+/// fall apart, and merging joins them again.
 std::vector<Index> seed_segments(const SegmentField& field);
 
-/// Merges, all at once and round by round, the pairs of neighbours whose border costs both more than any other border
-/// of theirs: nearly what merge_segments does, at a fraction of its time. Heeds no sizes, by which what is left over
-/// between pairs would be merged across ridges. Ends where few such pairs are left.
+/// Merges pairs of neighbours in rounds. A pair is merged if their border costs both of them more than any other border
+/// does. The result is close to that of merge_segments, in a fraction of the time. Sizes do not count: they would make
+/// the segments left between pairs merge across ridges. Stops when few such pairs are left.
 void coarsen_segments(const SegmentField& field, std::vector<Index>& segments);
 
-/// Coarsens, then merges pair after pair of neighbours that lowers the energy, the one with the dearest border first:
-/// greedy additive edge contraction [Keuper et al. 2015]. Sizes have a say in whether, but not in which first.
+/// Coarsens, then merges pairs of neighbours as long as that lowers the energy, the pair with the most expensive border
+/// first: greedy additive edge contraction [Keuper et al. 2015]. Sizes decide whether a pair is merged, but not the
+/// order.
 void merge_segments(const SegmentField& field, std::vector<Index>& segments);
 
-/// One local expansion of every segment, in order.
+/// Expands every segment locally once, in order.
 void expand_segments(const SegmentField& field, std::vector<Index>& segments);
 
-/// Gives each connected part of a segment a number of its own, in the order of their first faces; returns their count.
+/// Gives each connected part of a segment its own number, in the order of their first faces. Returns their count.
 Index split_segments(const Topology& topology, std::vector<Index>& segments);
 
 /// The face on the other side of an interior edge.

@@ -5,7 +5,7 @@
 namespace crease {
 namespace {
 
-/// Faces by their distance from ridges, far ones first flooded.
+/// Floods the faces by their distance from ridges, the farthest first.
 class Watershed {
  public:
   explicit Watershed(const SegmentField& field) : field_(field), basin_(field.face_count(), kNone) {}
@@ -32,7 +32,7 @@ class Watershed {
     return least;
   }
 
-  /// Takes the level's faces into the basins that they touch, ring by ring.
+  /// Adds the level's faces to the basins that they touch, ring by ring.
   void extend_basins(const std::vector<Index>& level) {
     std::vector<Index> ring;
     for (const Index f : level) {
@@ -58,7 +58,7 @@ class Watershed {
     }
   }
 
-  /// A basin for each connected part of what is left of the level.
+  /// Opens a basin for each connected part of the level's remaining faces.
   void open_basins(const std::vector<Index>& level) {
     std::vector<Index> queue;
     for (const Index seed : level) {
@@ -76,7 +76,7 @@ class Watershed {
     }
   }
 
-  /// The basin across the edge where a border would cost most; kNone where no neighbour has one.
+  /// The neighbouring basin across the edge where a border would cost most; kNone if no neighbour is in a basin.
   Index touched_basin(Index face) const {
     Index basin = kNone;
     double highest = 0;

@@ -11,7 +11,7 @@ namespace crease {
 namespace {
 
 constexpr double kLeastArea = 0.1;
-/// A sweep that saves less than this is the last.
+/// The last sweep is the one that saves less than this.
 constexpr double kNegligible = 1e-9;
 
 std::vector<double> face_areas(const Mesh& mesh, const std::vector<Vec3>& positions) {
@@ -23,7 +23,7 @@ std::vector<double> face_areas(const Mesh& mesh, const std::vector<Vec3>& positi
   return areas;
 }
 
-/// Rings of vertices between each vertex and the nearest ridge, `most` and more being the same.
+/// Rings of vertices between each vertex and the nearest ridge, at most `most`.
 std::vector<std::uint32_t> count_rings(const Topology& topology, const std::vector<double>& labels,
                                        std::uint32_t most) {
   std::vector<std::uint32_t> rings(topology.vertex_edges.size(), most);
@@ -100,7 +100,7 @@ double SegmentField::energy(std::span<const Index> segments) const {
 
 namespace {
 
-/// Merges and expands from the given segments.
+/// Merges and expands the given segments.
 Segmentation minimise(const SegmentField& field, std::vector<Index> segments) {
   Segmentation result;
   result.segments = std::move(segments);

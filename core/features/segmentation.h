@@ -10,16 +10,15 @@
 
 namespace crease {
 
-/// Lengths and areas in means over the mesh's edges and faces, weights relative to a border across a flat edge.
+/// Lengths are in mean edge lengths and areas in mean face areas. Weights are relative to a border along a flat edge.
 struct SegmentOptions {
-  double ridge_weight = 0.5;  ///< τ, per label: a ridge inside a segment
-  double bend_scale =
-      30 * (std::numbers::pi / 180);  ///< φ₁, radians: where a border costs 1/e of one across flat edges
-  double small_weight = 10;           ///< μ: a segment without area
-  double small_area = 20;             ///< a₀ in mean face areas: from here on a segment costs nothing
-  double small_fraction = 0.005;      ///< a₀ is never more than this part of the whole surface
-  std::uint32_t gap_rings = 4;        ///< limit of d_e − 1 and of the watershed's distance
-  std::uint32_t sweeps = 6;           ///< limit; expansions settle earlier
+  double ridge_weight = 0.5;                          ///< τ, per label: cost of a ridge inside a segment
+  double bend_scale = 30 * (std::numbers::pi / 180);  ///< φ₁, radians: where a border costs 1/e of one along flat edges
+  double small_weight = 10;                           ///< μ: cost of a segment without area
+  double small_area = 20;         ///< a₀ in mean face areas: segments of at least this area cost nothing
+  double small_fraction = 0.005;  ///< a₀ is at most this fraction of the whole surface
+  std::uint32_t gap_rings = 4;    ///< limit of d_e − 1 and of the watershed's distance
+  std::uint32_t sweeps = 6;       ///< limit; expansions usually settle earlier
 };
 
 /// The segments of a mesh as a Markov random field (§5). Sites are the faces, labels s their segments, and
@@ -28,12 +27,12 @@ struct SegmentOptions {
 ///            + μ Σ_S max(0, 1 − area(S)/a₀)
 ///
 /// over the interior edges e between faces i and j, with lengths l, ridge labels ε and dihedral angles φ; d is 1 at
-/// ridges and one more with each ring of vertices away from them; S are the segments. The first sum is a correlation
-/// clustering [Bansal, Blum & Chawla 2004]: it needs no number of segments and no model of them, so that a curved patch
-/// is one segment as a plane is. A border that follows a ridge may cross a gap whose cost is less than τ times the
-/// ridge's length, which rises with the square of a flat gap's length; a stray ridge edge is not worth a border around
-/// it. The second sum is a label cost [Delong et al. 2012] that small segments pay. Segments do not reach across
-/// boundaries and non-manifold edges.
+/// ridges and grows by one with each ring of vertices away from them; S are the segments. The first sum is a
+/// correlation clustering [Bansal, Blum & Chawla 2004]. It needs neither the number of segments nor a model of them, so
+/// that a curved patch is one segment just as a plane is. A border along a ridge may cross a gap if the gap costs less
+/// than τ times the length of the ridge; the cost of a flat gap grows with the square of its length. A border around a
+/// stray ridge edge does not pay. The second sum is a label cost [Delong et al. 2012] for small segments. Segments do
+/// not cross boundaries or non-manifold edges.
 class SegmentField {
  public:
   /// `topology` and `labels` must outlive the field.
@@ -44,11 +43,12 @@ class SegmentField {
   const SegmentOptions& options() const { return options_; }
   std::size_t face_count() const { return area_.size(); }
   bool is_ridge(Index edge) const { return labels_[edge] >= kRidgeThreshold; }
-  /// What a border along the edge costs more than none there; negative where a border pays. 0 if not interior.
+  /// The energy of a border along the edge minus the energy without one; negative where a border pays. 0 for edges that
+  /// are not interior.
   double border_cost(Index edge) const { return border_cost_[edge]; }
-  /// In mean face areas, and no less than a tenth.
+  /// The area in mean face areas, at least 0.1.
   double area(Index face) const { return area_[face]; }
-  /// The label cost of a segment of that area.
+  /// The label cost of a segment with this area.
   double smallness(double segment_area) const;
 
   /// Rings of vertices between the vertex and the nearest ridge, at most `gap_rings`.
@@ -62,7 +62,7 @@ class SegmentField {
   SegmentOptions options_;
   std::vector<double> border_cost_, area_;
   std::vector<std::uint32_t> rings_;  ///< per vertex
-  double unsegmented_ = 0;            ///< Σ l τ ε: the energy of a single segment but for its size
+  double unsegmented_ = 0;            ///< Σ l τ ε: the energy of a single segment without its label cost
   double small_area_ = 0;
 };
 
@@ -72,14 +72,14 @@ struct Segmentation {
   std::vector<double> energies;  ///< at the start, after merging, and after each sweep
 };
 
-/// Segments the faces twice and returns what has less energy: from a watershed of the distance from ridges, which is
-/// best where ridges are complete, and from single faces, which is best where they are full of gaps and noise. Pairs of
-/// neighbours are merged as long as that lowers the energy; then follow sweeps of local α-expansions and merges. Each
-/// segment is connected across interior edges.
+/// Segments the faces twice and returns the result with less energy. One run starts from a watershed of the distance
+/// from ridges, which is best if ridges are complete. The other starts from single faces, which is best if ridges have
+/// many gaps and much noise. Each run merges pairs of neighbours as long as that lowers the energy, then does sweeps of
+/// local α-expansions and merges. Every segment is connected across interior edges.
 ///
-/// An expansion sees only the faces within a few steps of the segment's border, so that a sweep takes time in
-/// proportion to the borders and not to faces times segments. Its cut minimises an upper bound of the energy that
-/// agrees at the present segments, since the true energy has pairs that no cut can represent. The energy never rises.
+/// An expansion looks only at the faces within a few steps of the segment's border. A sweep therefore takes time in
+/// proportion to the borders, not to faces times segments. No cut can represent all pairs of the true energy, so each
+/// cut minimises an upper bound that is exact at the current segments. The energy never rises.
 Segmentation segment_faces(const SegmentField& field);
 Segmentation segment_faces(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions,
                            const std::vector<double>& labels, const SegmentOptions& options = {});

@@ -9,7 +9,7 @@ namespace crease {
 namespace {
 
 constexpr std::array kAllClasses = {VertexClass::kSmooth, VertexClass::kRidge, VertexClass::kCorner};
-/// Expansions settle in two or three rounds; the limit is against cycles of rounding errors.
+/// Expansions settle in two or three rounds. The limit prevents endless cycles from rounding errors.
 constexpr int kMaxRounds = 20;
 /// s(θ) falls from 1 to 0 over this many radians on either side of `corner_turn`.
 constexpr double kTurnSlack = 15 * (std::numbers::pi / 180);
@@ -91,13 +91,13 @@ double VertexClassField::delta_energy(std::span<const VertexClass> classes, Inde
 
 namespace {
 
-/// The best move in which any set of vertices changes to class α.
+/// The best move that changes any set of vertices to class α.
 class Expansion {
  public:
   Expansion(const VertexClassField& field, std::vector<VertexClass>& classes, VertexClass alpha)
       : field_(field), classes_(classes), alpha_(alpha) {}
 
-  /// Whether the energy fell.
+  /// Makes the move. Returns whether the energy fell.
   bool run() {
     for (Index v = 0; v < classes_.size(); ++v) {
       if (classes_[v] != alpha_ && may_change(v)) sites_.push_back(v);
@@ -115,7 +115,7 @@ class Expansion {
   }
 
  private:
-  /// False where the class of a vertex alone outweighs whatever its edges may save.
+  /// False if the unary term of the vertex outweighs anything that its edges could save.
   bool may_change(Index vertex) const {
     double possible = 0;
     for (const Index e : field_.topology().vertex_edges[vertex]) {
@@ -126,7 +126,7 @@ class Expansion {
     return field_.unary(vertex, alpha_) - field_.unary(vertex, classes_[vertex]) < possible;
   }
 
-  /// Adds the vertex and the edges of which it is the first site; returns what they cost without a move.
+  /// Adds the vertex and the edges of which it is the first site. Returns what they cost without a move.
   double add_terms(Index vertex) {
     const VertexClass own = classes_[vertex];
     double stay = field_.unary(vertex, own), change = field_.unary(vertex, alpha_), pairs = 0;

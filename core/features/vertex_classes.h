@@ -14,30 +14,30 @@ namespace crease {
 enum class VertexClass : std::uint8_t { kSmooth = 0, kRidge = 1, kCorner = 2 };
 inline constexpr std::size_t kVertexClasses = 3;
 
-/// Weights are relative to the evidence of one vertex, which is at most 1 for ridges and corners each.
+/// Weights are relative to the evidence of one vertex, which is at most 1 for each class.
 struct VertexClassOptions {
-  double corner_turn = 70 * (std::numbers::pi / 180);  ///< a ridge that turns by more, in radians, has a corner
-  double along_weight = 0.3;    ///< per label: a smooth vertex beside one on a ridge along a labelled edge
-  double corner_weight = 0.05;  ///< per label: a corner beside a vertex inside a ridge
-  double across_weight = 0.03;  ///< per 1 − label: different classes at the ends of an edge that is no ridge
+  double corner_turn = 70 * (std::numbers::pi / 180);  ///< radians; a ridge that turns by more has a corner
+  double along_weight = 0.3;    ///< per label: cost of an edge between a smooth vertex and one of another class
+  double corner_weight = 0.05;  ///< per label: cost of an edge between a corner and a ridge vertex
+  double across_weight = 0.03;  ///< per 1 − label: cost of an edge between vertices of different classes
 };
 
 /// Which vertices are smooth, on a ridge or a corner, as a Markov random field (§5, in the manner of
-/// [Lavoué & Wolf 2008]). Sites are the vertices, and over classes c
+/// [Lavoué & Wolf 2008]). Sites are the vertices, labels c their classes, and
 ///
 ///     E(c) = Σ_v U_v(c_v) + Σ_e [ε_e A(c_i, c_j) + (1 − ε_e) B(c_i, c_j)]
 ///
-/// with the labels ε of the interior edges. Let r₁ ≥ r₂ ≥ r₃ be the largest three at a vertex, s(θ) ∈ [0, 1] how
-/// straight a turn by θ is (1 well below `corner_turn`, 0 well above), and r the second largest label at the far end of
-/// the edge of r₁, which tells the end of a line from a stray edge:
+/// with the ridge labels ε of the interior edges. Let r₁ ≥ r₂ ≥ r₃ be the three largest at a vertex, and s(θ) ∈ [0, 1]
+/// the straightness of a turn by θ (1 well below `corner_turn`, 0 well above). Let r be the second largest label at the
+/// far end of the edge of r₁; it tells the end of a line from a stray edge:
 ///
 ///     U(smooth) = max(r₂, min(r₁, r))
 ///     U(ridge)  = max(1 − max over pairs of the three of min(ε, ε') s(θ), r₃)
 ///     U(corner) = 1 − max(r₃, r₂ (1 − s(θ₁₂)), min(r₁, 1 − r₂, r))
 ///
-/// A and B are metrics: A charges `along_weight` for smooth beside not smooth and `corner_weight` for ridge beside
-/// corner; B charges `across_weight` for any difference. Boundary and non-manifold edges have neither label nor term:
-/// they make no vertex a ridge, and a ridge that runs into one ends there in a corner.
+/// A and B are metrics: A is `along_weight` between smooth and any other class, and `corner_weight` between ridge and
+/// corner; B is `across_weight` between different classes. Boundary and non-manifold edges have neither label nor term:
+/// they make no vertex a ridge vertex, and a ridge that meets one ends there in a corner.
 class VertexClassField {
  public:
   VertexClassField(const Topology& topology, const std::vector<Vec3>& positions, const std::vector<double>& labels,
@@ -45,10 +45,10 @@ class VertexClassField {
 
   const Topology& topology() const { return topology_; }
   double unary(Index vertex, VertexClass c) const { return unary_[vertex][static_cast<std::size_t>(c)]; }
-  /// Zero for edges that are not interior.
+  /// The pairwise term of an edge; zero unless it is interior.
   double pairwise(Index edge, VertexClass a, VertexClass b) const;
   double energy(std::span<const VertexClass> classes) const;
-  /// Energy with `c` at `vertex` minus energy now.
+  /// The energy with `c` at `vertex` minus the energy of `classes`.
   double delta_energy(std::span<const VertexClass> classes, Index vertex, VertexClass c) const;
 
  private:
@@ -70,8 +70,9 @@ class VertexClassField {
   std::vector<std::array<double, kVertexClasses>> unary_;
 };
 
-/// Minimises the field by α-expansion [Boykov, Veksler & Zabih 2001] from the best class of each vertex alone. The
-/// energy never rises; the result is within a factor of the optimum and for each class optimal against all expansions.
+/// Minimises the field by α-expansion [Boykov, Veksler & Zabih 2001], starting from the class with the best unary term
+/// at each vertex. The energy never rises. No single expansion can lower the energy of the result, which bounds it by a
+/// constant factor of the optimum.
 std::vector<VertexClass> classify_vertices(const VertexClassField& field);
 std::vector<VertexClass> classify_vertices(const Topology& topology, const std::vector<Vec3>& positions,
                                            const std::vector<double>& labels, const VertexClassOptions& options = {});

@@ -65,7 +65,8 @@ bool comes_before(const Edge& a, const Edge& b) { return a.v0 != b.v0 ? a.v0 < b
 /// Labels in the order of the topology's edges.
 std::vector<double> match_labels(const Topology& topology, const EdgeLabels& given) {
   if (given.edges.size() != given.labels.size()) {
-    throw Error(code::kMeshMismatch, fmt::format("{} labels for {} edges", given.labels.size(), given.edges.size()));
+    throw Error(code::kMeshMismatch,
+                fmt::format("there are {} labels for {} edges", given.labels.size(), given.edges.size()));
   }
   std::vector<std::uint32_t> by_vertices(topology.edges.size());
   std::iota(by_vertices.begin(), by_vertices.end(), 0U);
@@ -79,7 +80,7 @@ std::vector<double> match_labels(const Topology& topology, const EdgeLabels& giv
         [&](std::uint32_t number, const Edge& wanted) { return comes_before(topology.edges[number], wanted); });
     if (place == by_vertices.end() || topology.edges[*place] != edge) {
       throw Error(code::kMeshMismatch,
-                  fmt::format("label {} is for vertices {} and {}, between which there is no edge", i,
+                  fmt::format("label {} is for an edge between vertices {} and {}, which does not exist", i,
                               given.edges[i].v0, given.edges[i].v1),
                   fmt::format("label {}", i));
     }
@@ -111,7 +112,8 @@ LabelScore score_labels(const Mesh& reference, const Topology& topology, const s
   return score;
 }
 
-/// Of the turned faces, from a point of the mesh so that distance from the origin costs no digits.
+/// The volume inside the faces as oriented by the topology. Measured from a vertex of the mesh, so that a mesh far from
+/// the origin loses no digits.
 double signed_volume(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions) {
   const Vec3& origin = positions[mesh.triangles.front()[0]];
   double six_volumes = 0;

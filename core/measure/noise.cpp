@@ -18,7 +18,7 @@ std::array<double, 2> normal_pair(std::uint32_t radius_word, std::uint32_t angle
   return {radius * std::cos(angle), radius * std::sin(angle)};
 }
 
-/// Area-weighted; zero for vertices without faces of any area.
+/// Area-weighted normals; zero for vertices whose faces have no area.
 std::vector<Vec3> vertex_normals(const Mesh& mesh, const Topology& topology, double length_unit) {
   std::vector<Vec3> normals(mesh.positions.size(), Vec3::Zero());
   for (std::size_t face = 0; face < mesh.triangles.size(); ++face) {
