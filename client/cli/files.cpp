@@ -65,12 +65,13 @@ void write_file(const fs::path& path, std::string_view bytes) {
   file.commit();
 }
 
-MeshFormat output_format(const std::string& name, const fs::path& path) {
-  const auto format = name.empty() ? format_from_filename(path.string()) : format_from_name(name);
-  if (format) return *format;
+const Format& output_format(const std::string& name, const fs::path& path) {
+  const Formats formats = formats_with(&Format::write);
+  const Format* format = name.empty() ? find_by_filename(formats, path.string()) : find_by_name(formats, name);
+  if (format != nullptr) return *format;
   const std::string what = name.empty() ? fmt::format("the extension of {}", path.string()) : fmt::format("'{}'", name);
   throw Error(crease::code::kOutputFormatUnknown,
-              fmt::format("{} is not an output format; use glb, gltf, obj, ply, stl, off or json", what));
+              fmt::format("{} is not an output format; use {}", what, name_list(formats)));
 }
 
 }  // namespace crease::client

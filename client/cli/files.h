@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/io/mesh_format.h"
+#include "core/io/formats.h"
 
 namespace crease::client {
 
@@ -37,6 +37,6 @@ void write_file(const std::filesystem::path& path, std::string_view bytes);
 
 /// The format called `name`, or the format of the file's extension when `name` is empty.
 /// \throw Error output_format_unknown
-MeshFormat output_format(const std::string& name, const std::filesystem::path& path);
+const Format& output_format(const std::string& name, const std::filesystem::path& path);
 
 }  // namespace crease::client

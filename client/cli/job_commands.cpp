@@ -7,6 +7,7 @@
 #include "client/cli/parameter_options.h"
 #include "client/cli/progress_bar.h"
 #include "client/cli/service_client.h"
+#include "core/io/formats.h"
 
 namespace crease::client {
 namespace {
@@ -112,7 +113,7 @@ void add_job_command(CLI::App& app, Run& run, const std::string& name, const std
 void add_submit_command(CLI::App& app, Run& run) {
   CLI::App& command = *app.add_subcommand("submit", "Upload a mesh and print the id of its job");
   auto options = std::make_shared<SubmitOptions>();
-  command.add_option("input", options->input, "Noisy mesh: obj, ply, off, stl, gltf or glb")->required();
+  command.add_option("input", options->input, "Noisy mesh: " + name_list(formats_with(&Format::read)))->required();
   command.add_option("--input-format", options->input_format,
                      "Format of the input; by default it is guessed from the name, then the bytes");
   add_weights_option(command, options->weights);

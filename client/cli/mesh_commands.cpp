@@ -6,7 +6,7 @@
 #include "client/cli/failure.h"
 #include "client/cli/files.h"
 #include "core/io/decode.h"
-#include "core/io/encode.h"
+#include "core/io/formats.h"
 #include "core/measure/measure.h"
 #include "core/measure/noise.h"
 
@@ -45,12 +45,12 @@ LabelledMesh unlabelled(Mesh mesh) {
 }
 
 ExitCode noise(const NoiseOptions& options) {
-  const MeshFormat format = output_format(options.format, options.output);
+  const Format& format = output_format(options.format, options.output);
   const NoiseKind kind = noise_kind_from_name(options.kind);
   Mesh noisy = add_noise(read_mesh(options.input).mesh, options.sigma, options.seed, kind);
   const std::size_t vertices = noisy.positions.size(), faces = noisy.triangles.size();
   const Json extras = {{"noise", {{"kind", options.kind}, {"sigma", options.sigma}, {"seed", options.seed}}}};
-  write_file(options.output, encode_mesh(unlabelled(std::move(noisy)), format, extras));
+  write_file(options.output, format.write(unlabelled(std::move(noisy)), extras));
   options.console.result({{"file", options.output.string()},
                           {"vertices", vertices},
                           {"faces", faces},
@@ -117,10 +117,10 @@ ExitCode measure_meshes(const MeasureOptions& options) {
 void add_noise_command(CLI::App& app, Run& run) {
   CLI::App& command = *app.add_subcommand("noise", "Make a test input: move the vertices of a mesh randomly");
   auto options = std::make_shared<NoiseOptions>();
-  command.add_option("input", options->input, "Mesh: obj, ply, off, stl, gltf or glb")->required();
+  command.add_option("input", options->input, "Mesh: " + name_list(formats_with(&Format::read)))->required();
   command.add_option("-o,--output", options->output, "Output file; by default its extension gives the format")
       ->required();
-  command.add_option("--format", options->format, "Format of the output: glb, gltf, obj, ply, stl, off or json");
+  command.add_option("--format", options->format, "Format of the output: " + name_list(formats_with(&Format::write)));
   command.add_option("--sigma", options->sigma, "Standard deviation in mean edge lengths, 0 or more")->required();
   command.add_option("--seed", options->seed, "The same seed gives the same noise")->capture_default_str();
   command

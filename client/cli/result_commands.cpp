@@ -7,6 +7,7 @@
 #include "client/cli/failure.h"
 #include "client/cli/files.h"
 #include "client/cli/service_client.h"
+#include "proto/result_formats.h"
 
 namespace crease::client {
 namespace {
@@ -35,8 +36,8 @@ void deliver(const ResultOptions& options, const std::string& what, const Query&
 }
 
 ExitCode mesh(const ResultOptions& options) {
-  const MeshFormat format = output_format(options.format, options.output);
-  Query query = {{"format", std::string(format_name(format))}};
+  const Format& format = output_format(options.format, options.output);
+  Query query = {{"format", std::string(format.name)}};
   if (options.snapshot) query.emplace("snapshot", "true");
   deliver(options, "mesh", query);
   return ExitCode::kOk;
@@ -46,15 +47,22 @@ ExitCode mesh(const ResultOptions& options) {
 std::string format_of(const ResultOptions& options) {
   if (!options.format.empty()) return options.format;
   const std::string extension = options.output.extension().string();
-  return extension.empty() ? "json" : extension.substr(1);
+  return extension.empty() ? std::string(format_name(MeshFormat::kJson)) : extension.substr(1);
+}
+
+/// \throw Failure usage for a format that does not suit a terminal when there is no output file
+void require_output(const ResultOptions& options, const Formats& formats, std::string_view what) {
+  const Format* format = find_by_name(formats, format_of(options));
+  if (!options.output.empty() || format == nullptr || format->is_text) return;
+  throw Failure(code::kUsage, fmt::format("{} in {} need -o FILE", what, format->title));
 }
 
 ExitCode labels(const ResultOptions& options) {
   const std::string format = format_of(options);
-  if (options.output.empty() && format != "json" && options.console.json) {
+  if (options.output.empty() && format != format_name(MeshFormat::kJson) && options.console.json) {
     throw Failure(code::kUsage, "--json prints labels as JSON; use -o to write a file in another format");
   }
-  if (options.output.empty() && format == "pb") throw Failure(code::kUsage, "labels in protobuf need -o FILE");
+  require_output(options, label_formats(), "labels");
   Query query = {{"format", format}};
   if (!options.min.empty()) query.emplace("min", options.min);
   deliver(options, "labels", query);
@@ -62,9 +70,8 @@ ExitCode labels(const ResultOptions& options) {
 }
 
 ExitCode ridges(const ResultOptions& options) {
-  const std::string format = format_of(options);
-  if (options.output.empty() && format == "glb") throw Failure(code::kUsage, "ridge lines in GLB need -o FILE");
-  deliver(options, "ridges", {{"format", format}});
+  require_output(options, ridge_formats(), "ridge lines");
+  deliver(options, "ridges", {{"format", format_of(options)}});
   return ExitCode::kOk;
 }
 
@@ -92,19 +99,21 @@ void add_result_commands(CLI::App& app, Run& run) {
   CLI::App& mesh_command = *app.get_subcommand("mesh");
   mesh_command.add_option("-o,--output", of_mesh->output, "Output file; by default its extension gives the format")
       ->required();
-  mesh_command.add_option("--format", of_mesh->format, "Format: glb, gltf, obj, ply, stl, off or json");
+  mesh_command.add_option("--format", of_mesh->format, "Format: " + name_list(mesh_formats()));
   mesh_command.add_flag("--snapshot", of_mesh->snapshot, "While the job is running, get its latest intermediate mesh");
 
   const auto of_labels = add_result_command(app, run, "labels", "Print or download the ridge labels of a job", labels);
   CLI::App& labels_command = *app.get_subcommand("labels");
   labels_command.add_option("-o,--output", of_labels->output, "Output file; the default is standard output");
-  labels_command.add_option("--format", of_labels->format, "Format: json, csv or pb; by default the extension's");
+  labels_command.add_option("--format", of_labels->format,
+                            "Format: " + name_list(label_formats()) + "; by default the extension's");
   labels_command.add_option("--min", of_labels->min, "Only edges with at least this label, from 0 to 1");
 
   const auto of_ridges = add_result_command(app, run, "ridges", "Print or download the ridge lines of a job", ridges);
   CLI::App& ridges_command = *app.get_subcommand("ridges");
   ridges_command.add_option("-o,--output", of_ridges->output, "Output file; the default is standard output");
-  ridges_command.add_option("--format", of_ridges->format, "Format: json or glb; by default the extension's");
+  ridges_command.add_option("--format", of_ridges->format,
+                            "Format: " + name_list(ridge_formats()) + "; by default the extension's");
 
   const auto of_report = add_result_command(app, run, "report", "Print or download the report of a job", report);
   app.get_subcommand("report")->add_option("-o,--output", of_report->output,

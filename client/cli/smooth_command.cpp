@@ -10,6 +10,7 @@
 #include "client/cli/progress_bar.h"
 #include "client/cli/service_client.h"
 #include "proto/convert.h"
+#include "proto/result_formats.h"
 
 namespace crease::client {
 namespace {
@@ -25,41 +26,27 @@ struct SmoothOptionsOfCommand {
   bool local = false;
 };
 
-enum class LabelFormat { kJson, kCsv };
-
-LabelFormat label_format(const std::filesystem::path& path) {
-  const std::string extension = path.extension().string();
-  if (extension == ".csv") return LabelFormat::kCsv;
-  if (extension == ".json" || path.empty()) return LabelFormat::kJson;
+/// The format by the file's extension; the first one without a file. \throw Error output_format_unknown
+const Format& format_by_extension(const std::filesystem::path& path, const Formats& formats, std::string_view what) {
+  if (path.empty()) return *formats.front();
+  const Format* format = find_by_filename(formats, path.string());
+  if (format != nullptr) return *format;
   throw Error(crease::code::kOutputFormatUnknown,
-              fmt::format("labels can be written as .json or .csv, not as {}", path.string()));
-}
-
-MeshFormat ridge_format(const std::filesystem::path& path) {
-  const std::string extension = path.extension().string();
-  if (extension == ".glb") return MeshFormat::kGlb;
-  if (extension == ".json" || path.empty()) return MeshFormat::kJson;
-  throw Error(crease::code::kOutputFormatUnknown,
-              fmt::format("ridge lines can be written as .json or .glb, not as {}", path.string()));
+              fmt::format("{} can be written as {}, not as {}", what, name_list(formats), path.string()));
 }
 
 /// Formats and parameters, checked before any work is done.
 struct Plan {
   v1::Parameters parameters;
-  MeshFormat format;
-  LabelFormat label_format;
-  MeshFormat ridge_format;
+  const Format& format;
+  const Format& label_format;
+  const Format& ridge_format;
 };
 
 Plan plan(const SmoothOptionsOfCommand& options) {
-  return {options.parameters.read(), output_format(options.format, options.output), label_format(options.labels),
-          ridge_format(options.ridges)};
-}
-
-std::string encode_ridges(const LocalJob& local, MeshFormat format) {
-  const LabelledMesh& result = local.result;
-  return format == MeshFormat::kGlb ? encode_ridges_glb(result.mesh, result.ridge_lines, local.extras)
-                                    : encode_ridges_json(result.ridge_lines, result.corners);
+  return {options.parameters.read(), output_format(options.format, options.output),
+          format_by_extension(options.labels, label_formats(), "labels"),
+          format_by_extension(options.ridges, ridge_formats(), "ridge lines")};
 }
 
 Json smooth_locally(const SmoothOptionsOfCommand& options, const Plan& plan, ProgressBar& bar,
@@ -67,12 +54,11 @@ Json smooth_locally(const SmoothOptionsOfCommand& options, const Plan& plan, Pro
   const auto show = [&](const v1::Progress& progress) { bar.update(progress); };
   const LocalJob local =
       run_local_job(options.input, options.input_format, options.weights, plan.parameters, show, interruption);
-  write_file(options.output, encode_mesh(local.result, plan.format, local.extras));
-  if (!options.labels.empty()) {
-    write_file(options.labels, plan.label_format == LabelFormat::kCsv ? encode_labels_csv(local.result)
-                                                                      : encode_labels_json(local.result));
+  write_file(options.output, plan.format.write(local.result, local.extras));
+  if (!options.labels.empty()) write_file(options.labels, plan.label_format.write_labels(local.result, 0));
+  if (!options.ridges.empty()) {
+    write_file(options.ridges, plan.ridge_format.write_ridges(local.result, local.extras));
   }
-  if (!options.ridges.empty()) write_file(options.ridges, encode_ridges(local, plan.ridge_format));
   if (!options.report.empty()) write_file(options.report, to_json(local.report).dump(1) + "\n");
   return to_json(local.job);
 }
@@ -109,13 +95,12 @@ Json smooth_remotely(const SmoothOptionsOfCommand& options, const Plan& plan, Pr
   Json job = follow_or_cancel(client, options, id, bar);
   require_success(job);
   const std::string path = "/v1/jobs/" + id;
-  client.download(path + "/mesh", {{"format", std::string(format_name(plan.format))}}, options.output);
+  client.download(path + "/mesh", {{"format", std::string(plan.format.name)}}, options.output);
   if (!options.labels.empty()) {
-    const std::string format = plan.label_format == LabelFormat::kCsv ? "csv" : "json";
-    client.download(path + "/labels", {{"format", format}}, options.labels);
+    client.download(path + "/labels", {{"format", std::string(plan.label_format.name)}}, options.labels);
   }
   if (!options.ridges.empty()) {
-    client.download(path + "/ridges", {{"format", std::string(format_name(plan.ridge_format))}}, options.ridges);
+    client.download(path + "/ridges", {{"format", std::string(plan.ridge_format.name)}}, options.ridges);
   }
   if (!options.report.empty()) client.download(path + "/report", {}, options.report);
   return job;
@@ -148,14 +133,15 @@ ExitCode smooth(const SmoothOptionsOfCommand& options) {
 void add_smooth_command(CLI::App& app, Run& run) {
   CLI::App& command = *app.add_subcommand("smooth", "Smooth a mesh, keep its ridges and label them");
   auto options = std::make_shared<SmoothOptionsOfCommand>();
-  command.add_option("input", options->input, "Noisy mesh: obj, ply, off, stl, gltf or glb")->required();
+  command.add_option("input", options->input, "Noisy mesh: " + name_list(formats_with(&Format::read)))->required();
   command.add_option("-o,--output", options->output, "Output file; by default its extension gives the format")
       ->required();
-  command.add_option("--format", options->format, "Format of the output: glb, gltf, obj, ply, stl, off or json");
+  command.add_option("--format", options->format, "Format of the output: " + name_list(formats_with(&Format::write)));
   command.add_option("--input-format", options->input_format,
                      "Format of the input; by default it is guessed from the name, then the bytes");
-  command.add_option("--labels", options->labels, "Also write the ridge labels of the edges, as .json or .csv");
-  command.add_option("--ridges", options->ridges, "Also write the ridge lines, as .json or .glb");
+  command.add_option("--labels", options->labels,
+                     "Also write the ridge labels of the edges, as " + name_list(label_formats()));
+  command.add_option("--ridges", options->ridges, "Also write the ridge lines, as " + name_list(ridge_formats()));
   command.add_option("--report", options->report,
                      "Also write the energies of every sweep, counts and timings, as JSON");
   add_weights_option(command, options->weights);

@@ -26,13 +26,13 @@ void MeshBuilder::expect_faces(std::size_t count, std::size_t least_bytes_each, 
   mesh_.triangles.reserve(count);
 }
 
-DecodedMesh MeshBuilder::finish(MeshFormat format) {
+MeshContent MeshBuilder::finish() {
   if (polygons_ != 0) {
     warn("polygons_triangulated", fmt::format("{} of more than 3 corners became {} triangles",
                                               counted(polygons_, "face", "faces"), polygon_triangles_));
   }
   std::vector<double> final_weights = std::move(weights());
-  return {std::move(mesh_), format, std::move(final_weights), std::move(warnings_)};
+  return {std::move(mesh_), std::move(final_weights), std::move(warnings_)};
 }
 
 void MeshBuilder::fail_too_large(std::string_view what, std::size_t limit, const std::string& place) {

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "core/io/decode.h"
+#include "core/io/format.h"
 #include "core/io/vertex_weights.h"
 
 namespace crease {
@@ -78,7 +78,7 @@ class MeshBuilder {
   const DecodeLimits& limits() const { return limits_; }
 
   /// What has been collected, with the warnings.
-  DecodedMesh finish(MeshFormat format);
+  MeshContent finish();
 
   [[noreturn]] static void fail_too_large(std::string_view what, std::size_t limit, const std::string& place);
 

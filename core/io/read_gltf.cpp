@@ -1,9 +1,9 @@
 #include <cmath>
 #include <map>
 
+#include "core/io/gltf.h"
 #include "core/io/mesh_builder.h"
 #include "core/io/read_gltf_scene.h"
-#include "core/io/readers.h"
 #include "core/io/weld.h"
 
 namespace crease {
@@ -26,7 +26,7 @@ class GltfReader {
  public:
   GltfReader(std::string_view bytes, const DecodeLimits& limits) : document_(bytes), builder_(limits) {}
 
-  DecodedMesh read() {
+  MeshContent read() {
     for (const gltf::MeshInstance& instance : mesh_instances(document_)) read_instance(instance);
     share_vertices();
     if (skipped_ != 0) {
@@ -38,7 +38,7 @@ class GltfReader {
       builder_.warn("trailing_bytes",
                     counted(document_.trailing_bytes(), "byte", "bytes") + " after the end of the GLB were ignored");
     }
-    return builder_.finish(document_.is_binary() ? MeshFormat::kGlb : MeshFormat::kGltf);
+    return builder_.finish();
   }
 
  private:
@@ -234,6 +234,15 @@ class GltfReader {
 
 }  // namespace
 
-DecodedMesh read_gltf(std::string_view bytes, const DecodeLimits& limits) { return GltfReader(bytes, limits).read(); }
+Likeness looks_like_glb(const Sample& sample) {
+  return sample.bytes.starts_with("glTF") ? Likeness::kCertain : Likeness::kUnlike;
+}
+
+Likeness looks_like_gltf(const Sample& sample) {
+  const bool is_gltf = sample.word.starts_with('{') && sample.text.find("\"asset\"") != std::string_view::npos;
+  return is_gltf ? Likeness::kText : Likeness::kUnlike;
+}
+
+MeshContent read_gltf(std::string_view bytes, const DecodeLimits& limits) { return GltfReader(bytes, limits).read(); }
 
 }  // namespace crease

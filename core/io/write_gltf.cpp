@@ -1,8 +1,8 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/io/gltf.h"
 #include "core/io/gltf_builder.h"
-#include "core/io/write_formats.h"
 #include "core/io/write_gltf_corners.h"
 
 namespace crease {
@@ -92,13 +92,21 @@ tinygltf::Mesh add_mesh(GltfBuilder& builder, const LabelledMesh& result) {
   return mesh;
 }
 
-}  // namespace
-
-std::string write_gltf(const LabelledMesh& result, const nlohmann::ordered_json& extras, bool binary) {
+std::string write_file(const LabelledMesh& result, const nlohmann::ordered_json& extras, bool binary) {
   if (result.mesh.triangles.empty()) throw Error(code::kMeshNoFaces, "glTF cannot hold a mesh without faces");
   GltfBuilder builder;
   tinygltf::Mesh mesh = add_mesh(builder, result);
   return builder.write(std::move(mesh), extras, binary);
+}
+
+}  // namespace
+
+std::string write_gltf(const LabelledMesh& result, const nlohmann::ordered_json& extras) {
+  return write_file(result, extras, false);
+}
+
+std::string write_glb(const LabelledMesh& result, const nlohmann::ordered_json& extras) {
+  return write_file(result, extras, true);
 }
 
 }  // namespace crease

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/io/encode.h"
+#include "core/io/labelled_mesh.h"
 
 namespace crease {
 

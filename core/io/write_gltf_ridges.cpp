@@ -1,12 +1,12 @@
 #include <algorithm>
 
-#include "core/io/encode.h"
+#include "core/io/gltf.h"
 #include "core/io/gltf_builder.h"
 
 namespace crease {
 
-std::string encode_ridges_glb(const Mesh& mesh, const std::vector<RidgeLine>& lines,
-                              const nlohmann::ordered_json& extras) {
+std::string write_ridges_glb(const LabelledMesh& result, const nlohmann::ordered_json& extras) {
+  const std::vector<RidgeLine>& lines = result.ridge_lines;
   std::vector<Index> sources, indices;
   std::vector<float> source_numbers, line_numbers;
   for (std::size_t number = 0; number < lines.size(); ++number) {
@@ -24,10 +24,10 @@ std::string encode_ridges_glb(const Mesh& mesh, const std::vector<RidgeLine>& li
   GltfBuilder builder;
   tinygltf::Mesh drawing;
   if (!sources.empty()) {
-    check_gltf_vertices(std::max(sources.size(), mesh.positions.size()), 0);
+    check_gltf_vertices(std::max(sources.size(), result.mesh.positions.size()), 0);
     tinygltf::Primitive primitive;
     primitive.mode = TINYGLTF_MODE_LINE;
-    primitive.attributes["POSITION"] = builder.add_positions(mesh, sources);
+    primitive.attributes["POSITION"] = builder.add_positions(result.mesh, sources);
     primitive.attributes["_SOURCE"] = builder.add_scalars(source_numbers);
     primitive.attributes["_LINE"] = builder.add_scalars(line_numbers);
     primitive.indices = builder.add_indices(indices);

@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <fstream>
+#include <vector>
 
 #include "proto/convert.h"
+#include "proto/result_formats.h"
 #include "server/http/accept.h"
 #include "server/http/file_name.h"
 
@@ -13,22 +14,23 @@ namespace creased {
 namespace {
 
 using crease::Error;
-using crease::MeshFormat;
+using crease::Format;
 
-constexpr std::array kMeshFormats = {MeshFormat::kGlb, MeshFormat::kGltf, MeshFormat::kObj, MeshFormat::kPly,
-                                     MeshFormat::kStl, MeshFormat::kOff,  MeshFormat::kJson};
-constexpr std::array kRidgeFormats = {MeshFormat::kJson, MeshFormat::kGlb};
+/// The format that the query names, otherwise the first one.
+const Format& named_format(Call& call, const crease::Formats& offered) {
+  const std::string name = call.query("format", std::string(offered.front()->name));
+  return *crease::find_by_name(offered, name);
+}
 
 /// The format that the query names, or else the one in `offered`, best first, that the Accept header prefers.
-MeshFormat wanted_format(Call& call, std::span<const MeshFormat> offered) {
-  const std::string named = call.query("format");
-  if (!named.empty()) return *crease::format_from_name(named);
+const Format& wanted_format(Call& call, const crease::Formats& offered) {
+  if (!call.query("format").empty()) return named_format(call, offered);
   call.response.set_header("Vary", "Accept");
-  std::vector<std::string_view> types(offered.size());
-  std::ranges::transform(offered, types.begin(), crease::media_type);
+  std::vector<std::string_view> types;
+  for (const Format* format : offered) types.push_back(format->media_types.front());
   const auto chosen = negotiate(call.exchange.head.header("Accept"), types);
   if (!chosen) throw Error("not_acceptable", fmt::format("available media types: {}", fmt::join(types, ", ")));
-  return offered[*chosen];
+  return *offered[*chosen];
 }
 
 void require_success(const crease::v1::Job& job) {
@@ -53,12 +55,12 @@ std::string read_whole(const std::filesystem::path& path) {
 
 void Downloads::get_mesh(Call& call) {
   const auto job = find_job(store_, call);
-  const MeshFormat format = wanted_format(call, kMeshFormats);
+  const Format& format = wanted_format(call, crease::mesh_formats());
   const bool snapshot = query_flag(call.request.params, "snapshot") && !is_terminal(job.state());
   if (!snapshot) require_success(job);
-  const std::string extension(crease::format_name(format));
+  const std::string extension(format.extensions.front());
   Download download;
-  download.media_type = crease::media_type(format);
+  download.media_type = format.media_types.front();
   download.disposition = attachment(job.input().name(), job.id(), extension);
   download.etag = snapshot ? "" : etag(job, extension);
   download.file = snapshot ? files_.snapshot(job, format) : files_.mesh(job, format);
@@ -68,27 +70,23 @@ void Downloads::get_mesh(Call& call) {
 void Downloads::get_labels(Call& call) {
   const auto job = find_job(store_, call);
   require_success(job);
-  const std::string format = call.query("format", "json");
+  const Format& format = named_format(call, crease::label_formats());
   const double min = query_number(call.request.params, "min", 0);
   Download download;
-  download.media_type = format == "json" ? "application/json" : format == "csv" ? "text/csv" : "application/x-protobuf";
-  download.etag = etag(job, fmt::format("labels-{}-{}", min, format));
-  download.file = files_.labels(job,
-                                format == "json"  ? LabelFormat::kJson
-                                : format == "csv" ? LabelFormat::kCsv
-                                                  : LabelFormat::kProtobuf,
-                                min);
+  download.media_type = format.media_types.front();
+  download.etag = etag(job, fmt::format("labels-{}-{}", min, format.name));
+  download.file = files_.labels(job, format, min);
   send_file(call, download);
 }
 
 void Downloads::get_ridges(Call& call) {
   const auto job = find_job(store_, call);
-  const MeshFormat format = wanted_format(call, kRidgeFormats);
+  const Format& format = wanted_format(call, crease::ridge_formats());
   require_success(job);
   Download download;
-  download.media_type = crease::media_type(format);
-  download.etag = etag(job, fmt::format("ridges-{}", crease::format_name(format)));
-  download.file = files_.ridges(job, format == MeshFormat::kJson ? RidgeFormat::kJson : RidgeFormat::kGlb);
+  download.media_type = format.media_types.front();
+  download.etag = etag(job, fmt::format("ridges-{}", format.name));
+  download.file = files_.ridges(job, format);
   send_file(call, download);
 }
 
@@ -96,14 +94,13 @@ void Downloads::get_report(Call& call) {
   const auto job = find_job(store_, call);
   require_success(job);
   const std::string bytes = read_whole(store_.file_path(job.id(), file::kReport));
-  if (call.query("format") == "pb") {
-    call.response.set_content(bytes, "application/x-protobuf");
-    return;
-  }
+  const Format& format = named_format(call, crease::report_formats());
+  const std::string media_type(format.media_types.front());
+  if (&format == &crease::kProtobuf) return call.response.set_content(bytes, media_type);
   crease::v1::Report report;
   if (bytes.empty() || !report.ParseFromString(bytes))
     throw Error("store_unavailable", "the report of the job is damaged");
-  call.response.set_content(crease::json_text(report), "application/json");
+  call.response.set_content(crease::json_text(report), media_type);
 }
 
 }  // namespace creased

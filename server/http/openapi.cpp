@@ -12,6 +12,7 @@
 #include "crease/v1/result.pb.h"
 #include "proto/error_table.h"
 #include "proto/parameter_table.h"
+#include "proto/result_formats.h"
 #include "server/http/routes.h"
 
 namespace creased {
@@ -180,22 +181,15 @@ Json weights_schema() {
 
 Json submit_body() {
   const Json bytes = Json::object();
-  return {{"required", true},
-          {"content",
-           {{"multipart/form-data",
-             {{"schema",
-               {{"type", "object"},
-                {"required", {"mesh"}},
-                {"properties",
-                 {{"mesh", bytes}, {"parameters", reference("Parameters")}, {"weights", weights_schema()}}}}}}},
-            {"model/obj", bytes},
-            {"model/stl", bytes},
-            {"model/gltf-binary", bytes},
-            {"model/gltf+json", bytes},
-            {"application/x-ply", bytes},
-            {"application/x-off", bytes},
-            {"application/octet-stream", bytes},
-            {"application/x-protobuf", bytes}}}};
+  const Json parts = {{"mesh", bytes}, {"parameters", reference("Parameters")}, {"weights", weights_schema()}};
+  Json content;
+  content["multipart/form-data"]["schema"] = {{"type", "object"}, {"required", {"mesh"}}, {"properties", parts}};
+  for (const auto* format : crease::formats_with(&crease::Format::read)) {
+    content[std::string(format->media_types.front())] = bytes;
+  }
+  content["application/octet-stream"] = bytes;
+  content[std::string(crease::kProtobuf.media_types.front())] = bytes;
+  return {{"required", true}, {"content", content}};
 }
 
 Json header(const std::string& meaning, const std::string& type) {

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <numbers>
 #include <system_error>
 
 #include "core/error.h"
@@ -16,6 +15,7 @@ namespace creased {
 namespace {
 
 using crease::Error;
+using crease::Format;
 using crease::LabelledMesh;
 
 LabelledMesh read_result(const std::filesystem::path& path) {
@@ -25,20 +25,6 @@ LabelledMesh read_result(const std::filesystem::path& path) {
   crease::v1::LabelledMesh message;
   if (!message.ParseFromZeroCopyStream(&stream)) throw Error("store_unavailable", "the result of the job is damaged");
   return crease::from_message(message);
-}
-
-std::string encode_labels_protobuf(const LabelledMesh& result, double min) {
-  crease::v1::EdgeLabels message;
-  for (std::size_t i = 0; i < result.edges.size(); ++i) {
-    if (result.labels[i] < min) continue;
-    message.add_edges(result.edges[i].v0);
-    message.add_edges(result.edges[i].v1);
-    message.add_labels(result.labels[i]);
-    message.add_dihedral_deg(result.dihedral_rad[i] * 180 / std::numbers::pi);
-  }
-  message.set_count(static_cast<std::uint32_t>(message.labels_size()));
-  message.set_threshold(min);
-  return message.SerializeAsString();
 }
 
 class Encoding {
@@ -79,34 +65,26 @@ class ResultFiles::Turn {
   std::string key_;
 };
 
-std::shared_ptr<const OpenFile> ResultFiles::mesh(const crease::v1::Job& job, crease::MeshFormat format) {
-  return kept(job, fmt::format("mesh.{}", crease::format_name(format)),
-              [&](const LabelledMesh& result) { return crease::encode_mesh(result, format, extras(job)); });
+std::shared_ptr<const OpenFile> ResultFiles::mesh(const crease::v1::Job& job, const Format& format) {
+  return kept(job, fmt::format("mesh.{}", format.name),
+              [&](const LabelledMesh& result) { return format.write(result, extras(job)); });
 }
 
-std::shared_ptr<const OpenFile> ResultFiles::snapshot(const crease::v1::Job& job, crease::MeshFormat format) {
+std::shared_ptr<const OpenFile> ResultFiles::snapshot(const crease::v1::Job& job, const Format& format) {
   const auto source = store_.file_path(job.id(), file::kSnapshot);
   if (!std::filesystem::exists(source)) throw Error("snapshot_unavailable", "the job has not written a snapshot yet");
-  return passing(source, [&](const LabelledMesh& result) { return crease::encode_mesh(result, format, extras(job)); });
+  return passing(source, [&](const LabelledMesh& result) { return format.write(result, extras(job)); });
 }
 
-std::shared_ptr<const OpenFile> ResultFiles::labels(const crease::v1::Job& job, LabelFormat format, double min) {
-  const auto encode = [&](const LabelledMesh& result) {
-    if (format == LabelFormat::kProtobuf) return encode_labels_protobuf(result, min);
-    return format == LabelFormat::kCsv ? crease::encode_labels_csv(result, min)
-                                       : crease::encode_labels_json(result, min);
-  };
+std::shared_ptr<const OpenFile> ResultFiles::labels(const crease::v1::Job& job, const Format& format, double min) {
+  const auto encode = [&](const LabelledMesh& result) { return format.write_labels(result, min); };
   if (min > 0) return passing(store_.file_path(job.id(), file::kResult), encode);
-  const std::string_view extension = format == LabelFormat::kJson ? "json" : format == LabelFormat::kCsv ? "csv" : "pb";
-  return kept(job, fmt::format("labels.{}", extension), encode);
+  return kept(job, fmt::format("labels.{}", format.name), encode);
 }
 
-std::shared_ptr<const OpenFile> ResultFiles::ridges(const crease::v1::Job& job, RidgeFormat format) {
-  const bool json = format == RidgeFormat::kJson;
-  return kept(job, json ? "ridges.json" : "ridges.glb", [&](const LabelledMesh& result) {
-    return json ? crease::encode_ridges_json(result.ridge_lines, result.corners)
-                : crease::encode_ridges_glb(result.mesh, result.ridge_lines, extras(job));
-  });
+std::shared_ptr<const OpenFile> ResultFiles::ridges(const crease::v1::Job& job, const Format& format) {
+  return kept(job, fmt::format("ridges.{}", format.name),
+              [&](const LabelledMesh& result) { return format.write_ridges(result, extras(job)); });
 }
 
 std::shared_ptr<const OpenFile> ResultFiles::kept(const crease::v1::Job& job, const std::string& name,

@@ -9,15 +9,11 @@
 #include <set>
 #include <string>
 
-#include "core/io/encode.h"
-#include "core/io/mesh_format.h"
+#include "core/io/format.h"
 #include "server/http/file_download.h"
 #include "server/store/store.h"
 
 namespace creased {
-
-enum class LabelFormat { kJson, kCsv, kProtobuf };
-enum class RidgeFormat { kJson, kGlb };
 
 /// Download files made from the results of jobs. Each is encoded once, when it is first requested, and kept beside the
 /// result.
@@ -26,13 +22,13 @@ class ResultFiles {
   explicit ResultFiles(Store& store) : store_(store) {}
 
   /// The mesh of a job that succeeded.
-  std::shared_ptr<const OpenFile> mesh(const crease::v1::Job& job, crease::MeshFormat format);
+  std::shared_ptr<const OpenFile> mesh(const crease::v1::Job& job, const crease::Format& format);
   /// The last snapshot of a running job's mesh. \throw crease::Error snapshot_unavailable
-  std::shared_ptr<const OpenFile> snapshot(const crease::v1::Job& job, crease::MeshFormat format);
+  std::shared_ptr<const OpenFile> snapshot(const crease::v1::Job& job, const crease::Format& format);
   /// The edges with a label of at least `min`, of a job that succeeded.
-  std::shared_ptr<const OpenFile> labels(const crease::v1::Job& job, LabelFormat format, double min);
+  std::shared_ptr<const OpenFile> labels(const crease::v1::Job& job, const crease::Format& format, double min);
   /// The ridge lines of a job that succeeded.
-  std::shared_ptr<const OpenFile> ridges(const crease::v1::Job& job, RidgeFormat format);
+  std::shared_ptr<const OpenFile> ridges(const crease::v1::Job& job, const crease::Format& format);
 
  private:
   using Encode = std::function<std::string(const crease::LabelledMesh&)>;

@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "core/io/mesh_format.h"
 #include "proto/parameter_table.h"
+#include "proto/result_formats.h"
 
 namespace creased {
 namespace {
@@ -17,13 +17,17 @@ using crease::Error;
 
 constexpr std::size_t kMaxIdBytes = 64;
 
-const std::vector<std::string> kMeshFormats = {"glb", "gltf", "obj", "ply", "stl", "off", "json"};
-const std::vector<std::string> kUploadFormats = {"obj", "ply", "off", "stl", "gltf", "glb"};
 const std::string kJson = "application/json";
 
-std::vector<std::string> mesh_media_types() {
+std::vector<std::string> names(const crease::Formats& formats) {
+  std::vector<std::string> names;
+  for (const auto* format : formats) names.emplace_back(format->name);
+  return names;
+}
+
+std::vector<std::string> media_types(const crease::Formats& formats) {
   std::vector<std::string> types;
-  for (const auto& name : kMeshFormats) types.emplace_back(crease::media_type(*crease::format_from_name(name)));
+  for (const auto* format : formats) types.emplace_back(format->media_types.front());
   return types;
 }
 
@@ -46,7 +50,7 @@ Route submit_route() {
       "Submit a mesh for smoothing",
       {{"name", "string", "File name of the mesh. It is shown in lists, and its extension may tell the format."},
        {"format", "string", "Format of the mesh. By default it is found from the media type, the name, then the bytes.",
-        kUploadFormats}},
+        names(crease::formats_with(&crease::Format::read))}},
       {{202, "The job is accepted. Location is its path.", {kJson}, "Job"},
        {200, "The job ended within the time that `Prefer: wait` allowed.", {kJson}, "Job"}},
       submit_problems()};
@@ -108,40 +112,38 @@ std::vector<Route> result_routes() {
        "get_mesh",
        "Download the smoothed mesh",
        {{"format", "string", "Format of the mesh. By default the Accept header decides, or else it is glb.",
-         kMeshFormats},
+         names(crease::mesh_formats())},
         {"snapshot", "boolean", "While the job is running, its latest intermediate mesh."}},
-       {{200, "The mesh.", mesh_media_types(), ""},
-        {206, "A range of its bytes.", mesh_media_types(), ""},
+       {{200, "The mesh.", media_types(crease::mesh_formats()), ""},
+        {206, "A range of its bytes.", media_types(crease::mesh_formats()), ""},
         {304, "The mesh in If-None-Match is current.", {}, ""}},
        with({"not_acceptable", "range_not_satisfiable", "snapshot_unavailable"})},
       {"GET",
        "/v1/jobs/{id}/labels",
        "get_labels",
        "Download the ridge label and the signed dihedral angle of every edge",
-       {{"format", "string", "Format of the labels.", {"json", "csv", "pb"}},
+       {{"format", "string", "Format of the labels.", names(crease::label_formats())},
         {"min", "number", "Only edges with a label of at least this.", {}, 0, 1}},
-       {{200, "The labels.", {kJson, "text/csv", "application/x-protobuf"}, "EdgeLabels"},
-        {206, "A range of their bytes.", {kJson, "text/csv", "application/x-protobuf"}, ""},
+       {{200, "The labels.", media_types(crease::label_formats()), "EdgeLabels"},
+        {206, "A range of their bytes.", media_types(crease::label_formats()), ""},
         {304, "The labels in If-None-Match are current.", {}, ""}},
        with({"range_not_satisfiable", "parameter_out_of_range"})},
       {"GET",
        "/v1/jobs/{id}/ridges",
        "get_ridges",
        "Download the ridge lines and the corners where they meet",
-       {{"format",
-         "string",
-         "Format of the ridge lines. By default the Accept header decides, or else it is json.",
-         {"json", "glb"}}},
-       {{200, "The ridge lines.", {kJson, "model/gltf-binary"}, "RidgeLines"},
-        {206, "A range of their bytes.", {kJson, "model/gltf-binary"}, ""},
+       {{"format", "string", "Format of the ridge lines. By default the Accept header decides, or else it is json.",
+         names(crease::ridge_formats())}},
+       {{200, "The ridge lines.", media_types(crease::ridge_formats()), "RidgeLines"},
+        {206, "A range of their bytes.", media_types(crease::ridge_formats()), ""},
         {304, "The ridge lines in If-None-Match are current.", {}, ""}},
        with({"not_acceptable", "range_not_satisfiable"})},
       {"GET",
        "/v1/jobs/{id}/report",
        "get_report",
        "Download the report: input facts, parameters, energies of every sweep, result, timings",
-       {{"format", "string", "Format of the report.", {"json", "pb"}}},
-       {{200, "The report.", {kJson, "application/x-protobuf"}, "Report"}},
+       {{"format", "string", "Format of the report.", names(crease::report_formats())}},
+       {{200, "The report.", media_types(crease::report_formats()), "Report"}},
        with({})},
   };
 }

@@ -14,8 +14,8 @@
 
 #include "core/base/text.h"
 #include "core/error.h"
-#include "core/io/mesh_format.h"
 #include "proto/parameter_table.h"
+#include "proto/result_formats.h"
 #include "server/http/guarded_server.h"
 #include "server/http/multipart.h"
 #include "server/http/submit_message.h"
@@ -31,10 +31,7 @@ using nlohmann::json;
 
 constexpr std::size_t kMaxParametersBytes = 64 * 1024;
 
-bool is_protobuf(std::string_view type) {
-  return type == "application/x-protobuf" || type == "application/protobuf" ||
-         type == "application/vnd.google.protobuf";
-}
+bool is_protobuf(std::string_view type) { return crease::find_by_media_type({&crease::kProtobuf}, type) != nullptr; }
 
 // Types that say nothing about the format. curl --data-binary sends form-urlencoded by default.
 bool is_generic(std::string_view type) {
@@ -42,9 +39,8 @@ bool is_generic(std::string_view type) {
 }
 
 std::string upload_format(std::string_view media_type) {
-  const auto format = crease::format_from_media_type(media_type);
-  if (!format || *format == crease::MeshFormat::kJson) return {};
-  return std::string(crease::format_name(*format));
+  const auto* format = crease::find_by_media_type(crease::formats_with(&crease::Format::read), media_type);
+  return std::string(format == nullptr ? "" : format->name);
 }
 
 void check_body(bool read, std::string_view code, const std::string& detail) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/parameter_table.h"
+#include "proto/result_formats.h"
 #include "tests/service/service_fixture.h"
 
 namespace crease::test {
@@ -55,7 +56,8 @@ class CommandLine : public ServiceTest {
 };
 
 TEST_F(CommandLine, LocalAndHttpAndAnyNumberOfThreadsGiveTheSameBytes) {
-  for (const std::string format : {"glb", "obj", "ply", "stl", "off", "gltf", "json"}) {
+  for (const Format* row : mesh_formats()) {
+    const std::string format(row->name);
     const std::string one = "one." + format, two = "two." + format, http = "http." + format;
     const std::vector<std::string> common = {"smooth", path("noisy.obj"), "-p", "sweeps=20"};
     auto run = [&](const std::string& name, std::vector<std::string> more) {

@@ -3,6 +3,7 @@
 #include <random>
 #include <set>
 
+#include "core/io/formats.h"
 #include "proto/error_table.h"
 #include "tests/service/service_fixture.h"
 #include "tests/unit/decode_samples.h"
@@ -153,7 +154,8 @@ void add_bent_gltf(std::vector<Hostile>& all) {
 
 void add_nonsense(std::vector<Hostile>& all) {
   const auto add = [&](const std::string& name, const std::string& bytes) {
-    for (const std::string format : {"obj", "off", "ply", "stl", "gltf", "glb"}) {
+    for (const Format* row : formats_with(&Format::read)) {
+      const std::string format(row->name);
       all.push_back({name + " as " + format, bytes, "format=" + format});
     }
     all.push_back({name + " as anything", bytes, ""});

@@ -72,8 +72,7 @@ TEST_P(DecodeMutation, EveryRemovedOrRepeatedRangeIsReadOrRefused) {
 }
 
 TEST_P(DecodeMutation, EveryFormatReadsOrRefusesTheFilesOfAllOthers) {
-  for (const MeshFormat format : {MeshFormat::kObj, MeshFormat::kPly, MeshFormat::kOff, MeshFormat::kStl,
-                                  MeshFormat::kGltf, MeshFormat::kGlb, MeshFormat::kJson}) {
+  for (const MeshFormat format : kMeshFormats) {
     SCOPED_TRACE(GetParam().name + " read as " + std::string(format_name(format)));
     ASSERT_NO_FATAL_FAILURE(expect_mesh_or_refusal(GetParam().bytes, format));
   }

@@ -44,9 +44,11 @@ Features features_of(const LabelledMesh& result) {
 
 LabelledMesh with_features(const Mesh& mesh) {
   LabelledMesh result = labelled(mesh);
-  const Features features = features_of(result);
-  result.classes = features.classes;
-  result.segments = features.segments;
+  Features features = features_of(result);
+  result.classes = std::move(features.classes);
+  result.segments = std::move(features.segments);
+  result.ridge_lines = std::move(features.ridge_lines);
+  result.corners = std::move(features.corners);
   return result;
 }
 
@@ -111,7 +113,7 @@ TEST(EncodeFeatures, JsonMeshesListFeaturesOnlyWhenTheyAreKnown) {
 TEST(EncodeFeatures, RidgeLinesAsJson) {
   const LabelledMesh part = labelled(test::cad_part(3).mesh);
   const Features features = features_of(part);
-  const auto json = nlohmann::json::parse(encode_ridges_json(features.ridge_lines, features.corners));
+  const auto json = nlohmann::json::parse(write_ridges_json(with_features(part.mesh), {}));
   EXPECT_EQ(json["count"], features.ridge_lines.size());
   EXPECT_EQ(json["corners"].get<std::vector<Index>>(), features.corners);
   ASSERT_EQ(json["ridges"].size(), features.ridge_lines.size());
@@ -124,7 +126,7 @@ TEST(EncodeFeatures, RidgeLinesAsJson) {
     EXPECT_NEAR(written["mean_label"].get<double>(), line.mean_label, 1e-5);
     EXPECT_NEAR(written["mean_dihedral_deg"].get<double>(), line.mean_dihedral_rad * 180 / M_PI, 1e-3);
   }
-  const auto none = nlohmann::json::parse(encode_ridges_json({}, {}));
+  const auto none = nlohmann::json::parse(write_ridges_json({}, {}));
   EXPECT_EQ(none["count"], 0);
   EXPECT_TRUE(none["ridges"].empty() && none["corners"].empty());
 }
@@ -132,8 +134,7 @@ TEST(EncodeFeatures, RidgeLinesAsJson) {
 TEST(EncodeFeatures, RidgeLinesAsGlb) {
   for (const Mesh& mesh : {test::cad_part(3).mesh, test::cylinder(24, 4, 1, 2)}) {
     const LabelledMesh part = labelled(mesh);
-    const std::vector<RidgeLine> lines = features_of(part).ridge_lines;
-    const tinygltf::Model model = read(encode_ridges_glb(mesh, lines, {{"job", "abc"}}));
+    const tinygltf::Model model = read(write_ridges_glb(with_features(mesh), {{"job", "abc"}}));
     EXPECT_EQ(model.nodes.size(), 1U);
     ASSERT_EQ(model.meshes.size(), 1U);
     ASSERT_EQ(model.meshes[0].primitives.size(), 1U);
@@ -163,7 +164,7 @@ TEST(EncodeFeatures, RidgeLinesAsGlb) {
 }
 
 TEST(EncodeFeatures, WithoutRidgesGlbHasANodeWithoutAMesh) {
-  const tinygltf::Model model = read(encode_ridges_glb(test::grid(2, 2), {}));
+  const tinygltf::Model model = read(write_ridges_glb(labelled(test::grid(2, 2)), {}));
   EXPECT_EQ(model.nodes.size(), 1U);
   EXPECT_TRUE(model.meshes.empty());
   EXPECT_TRUE(model.buffers.empty());

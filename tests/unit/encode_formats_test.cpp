@@ -16,9 +16,6 @@ namespace {
 
 using test::labelled;
 
-constexpr std::array kAllFormats = {MeshFormat::kObj,  MeshFormat::kPly, MeshFormat::kOff, MeshFormat::kStl,
-                                    MeshFormat::kGltf, MeshFormat::kGlb, MeshFormat::kJson};
-
 /// A mesh whose coordinates use all their digits.
 Mesh ragged(const Mesh& mesh) { return add_noise(mesh, 0.01, 9, NoiseKind::kGaussian); }
 
@@ -55,8 +52,8 @@ TEST(EncodeFormats, TextAndPlyReadBackExactly) {
 
 TEST(EncodeFormats, WrittenFilesAreRecognisedByTheirBytes) {
   const LabelledMesh result = labelled(test::cube(2));
-  for (const MeshFormat format : kAllFormats) {
-    if (format == MeshFormat::kJson) continue;
+  for (const MeshFormat format : kMeshFormats) {
+    if (format_row(format).read == nullptr || format_row(format).write == nullptr) continue;
     SCOPED_TRACE(format_name(format));
     EXPECT_EQ(decode_mesh(encode_mesh(result, format), std::nullopt).format, format);
   }
@@ -129,7 +126,7 @@ TEST(EncodeFormats, JsonHoldsEverything) {
 TEST(EncodeFormats, OnlyGltfAndJsonContainExtras) {
   const LabelledMesh result = labelled(test::cube(2));
   const nlohmann::ordered_json extras = {{"job", "0123456789abcdef"}};
-  for (const MeshFormat format : kAllFormats) {
+  for (const MeshFormat format : kMeshFormats) {
     SCOPED_TRACE(format_name(format));
     const bool carries = format == MeshFormat::kGltf || format == MeshFormat::kGlb || format == MeshFormat::kJson;
     EXPECT_EQ(encode_mesh(result, format, extras) != encode_mesh(result, format), carries);
@@ -139,7 +136,7 @@ TEST(EncodeFormats, OnlyGltfAndJsonContainExtras) {
 
 TEST(EncodeFormats, EqualResultsGiveEqualBytes) {
   const Mesh mesh = ragged(test::cad_part(2).mesh);
-  for (const MeshFormat format : kAllFormats) {
+  for (const MeshFormat format : kMeshFormats) {
     SCOPED_TRACE(format_name(format));
     EXPECT_EQ(encode_mesh(labelled(mesh), format), encode_mesh(labelled(mesh), format));
   }
@@ -148,7 +145,7 @@ TEST(EncodeFormats, EqualResultsGiveEqualBytes) {
 TEST(EncodeFormats, CoordinatesTooLargeForSinglePrecisionAreRefused) {
   Mesh mesh = test::cube(1);
   mesh.positions[3].z() = -1e39;
-  for (const MeshFormat format : kAllFormats) {
+  for (const MeshFormat format : kMeshFormats) {
     SCOPED_TRACE(format_name(format));
     const bool is_single = format == MeshFormat::kGltf || format == MeshFormat::kGlb || format == MeshFormat::kStl;
     std::string place;

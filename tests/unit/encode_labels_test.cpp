@@ -53,7 +53,7 @@ std::vector<Row> rows_of_csv(const std::string& text) {
 
 TEST(EncodeLabels, EveryEdgeIsListedWithItsLabelAndAngle) {
   const LabelledMesh result = spread_labels();
-  for (const auto& rows : {rows_of_json(encode_labels_json(result)), rows_of_csv(encode_labels_csv(result))}) {
+  for (const auto& rows : {rows_of_json(write_labels_json(result)), rows_of_csv(write_labels_csv(result))}) {
     ASSERT_EQ(rows.size(), result.edges.size());
     for (std::size_t e = 0; e < rows.size(); ++e) {
       EXPECT_EQ(rows[e].edge, result.edges[e]);
@@ -71,9 +71,9 @@ TEST(EncodeLabels, AMinimumDropsLowerLabelsAndKeepsTheOrder) {
     for (std::size_t e = 0; e < result.edges.size(); ++e) {
       if (result.labels[e] >= min) expected.push_back(result.edges[e]);
     }
-    const std::string json = encode_labels_json(result, min);
+    const std::string json = write_labels_json(result, min);
     EXPECT_EQ(nlohmann::json::parse(json)["threshold"], min);
-    for (const auto& rows : {rows_of_json(json), rows_of_csv(encode_labels_csv(result, min))}) {
+    for (const auto& rows : {rows_of_json(json), rows_of_csv(write_labels_csv(result, min))}) {
       std::vector<Edge> listed;
       for (const Row& row : rows) listed.push_back(row.edge);
       EXPECT_EQ(listed, expected);
@@ -83,15 +83,15 @@ TEST(EncodeLabels, AMinimumDropsLowerLabelsAndKeepsTheOrder) {
 
 TEST(EncodeLabels, AnEmptyListIsAValidDocument) {
   const LabelledMesh result = test::labelled(test::grid(2, 2));
-  EXPECT_TRUE(rows_of_json(encode_labels_json(result, 0.5)).empty());
-  EXPECT_TRUE(rows_of_csv(encode_labels_csv(result, 0.5)).empty());
+  EXPECT_TRUE(rows_of_json(write_labels_json(result, 0.5)).empty());
+  EXPECT_TRUE(rows_of_csv(write_labels_csv(result, 0.5)).empty());
 }
 
 TEST(EncodeLabels, RoundingDoesNotCreateRidges) {
   LabelledMesh result = test::labelled(test::grid(1, 1));
   result.labels = {std::nextafter(0.5, 0.0), 0.5, 0.49999996, 0.499999, 1.0};
   ASSERT_EQ(result.edges.size(), result.labels.size());
-  for (const auto& rows : {rows_of_json(encode_labels_json(result)), rows_of_csv(encode_labels_csv(result))}) {
+  for (const auto& rows : {rows_of_json(write_labels_json(result)), rows_of_csv(write_labels_csv(result))}) {
     for (std::size_t e = 0; e < rows.size(); ++e) {
       EXPECT_EQ(rows[e].label >= kRidgeThreshold, result.labels[e] >= kRidgeThreshold) << rows[e].label;
     }
@@ -102,7 +102,7 @@ TEST(EncodeLabels, NumbersAreCompact) {
   LabelledMesh result = test::labelled(test::grid(1, 1));
   result.labels.assign(5, 1.0 / 3);
   result.dihedral_rad.assign(5, -1.0 / 3);
-  EXPECT_NE(encode_labels_csv(result).find(",0.333333,-19.0986\n"), std::string::npos);
+  EXPECT_NE(write_labels_csv(result).find(",0.333333,-19.0986\n"), std::string::npos);
 }
 
 }  // namespace

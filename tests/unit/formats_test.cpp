@@ -1,4 +1,4 @@
-#include "core/io/mesh_format.h"
+#include "core/io/formats.h"
 
 #include <gtest/gtest.h>
 
@@ -7,15 +7,35 @@
 namespace crease::test {
 namespace {
 
-constexpr std::array kAll{MeshFormat::kObj,  MeshFormat::kPly, MeshFormat::kOff, MeshFormat::kStl,
-                          MeshFormat::kGltf, MeshFormat::kGlb, MeshFormat::kJson};
-
 TEST(MeshFormat, NameAndMediaTypeIdentifyTheFormat) {
-  for (const MeshFormat format : kAll) {
+  for (const MeshFormat format : kMeshFormats) {
     EXPECT_EQ(format_from_name(format_name(format)), format);
-    EXPECT_EQ(format_from_media_type(media_type(format)), format);
-    EXPECT_EQ(format_from_filename("a." + std::string(format_name(format))), format);
+    for (const std::string_view type : format_row(format).media_types) {
+      EXPECT_EQ(format_from_media_type(type), format) << type;
+    }
+    for (const std::string_view extension : format_row(format).extensions) {
+      EXPECT_EQ(format_from_filename("a." + std::string(extension)), format) << extension;
+    }
   }
+}
+
+TEST(MeshFormat, WhatHoldsNoMeshIsNoMeshFormat) {
+  for (const Format& format : kFormats) {
+    EXPECT_EQ(format_from_name(format.name).has_value(), format.read != nullptr || format.write != nullptr)
+        << format.name;
+  }
+}
+
+TEST(MeshFormat, WhatIsReadIsRecognised) {
+  for (const Format* format : formats_with(&Format::read)) EXPECT_NE(format->looks_like, nullptr) << format->name;
+}
+
+TEST(MeshFormat, ListsReadAsASentence) {
+  const Format &a = format_row(MeshFormat::kObj), &b = format_row(MeshFormat::kGltf), &c = format_row(MeshFormat::kStl);
+  EXPECT_EQ(name_list({}), "");
+  EXPECT_EQ(name_list({&a}), "obj");
+  EXPECT_EQ(name_list({&a, &b}), "obj or gltf");
+  EXPECT_EQ(title_list({&a, &b, &c}, "and"), "OBJ, glTF and STL");
 }
 
 TEST(MeshFormat, NamesAreExact) {

@@ -1,11 +1,13 @@
+#include "core/io/obj.h"
+
 #include <algorithm>
 #include <array>
 #include <limits>
 
 #include "core/base/text.h"
 #include "core/io/mesh_builder.h"
-#include "core/io/readers.h"
 #include "core/io/text_cursor.h"
+#include "core/io/write_text.h"
 
 namespace crease {
 namespace {
@@ -22,14 +24,14 @@ class ObjReader {
   ObjReader(std::string_view bytes, const DecodeLimits& limits)
       : cursor_(bytes, {.comment = '#', .backslash = true}), builder_(limits) {}
 
-  DecodedMesh read() {
+  MeshContent read() {
     while (cursor_.skip_to_word()) {
       read_statement(cursor_.word());
       cursor_.skip_line();
     }
     check_forward_faces();
     warn_of_skipped();
-    return builder_.finish(MeshFormat::kObj);
+    return builder_.finish();
   }
 
  private:
@@ -125,6 +127,20 @@ class ObjReader {
 
 }  // namespace
 
-DecodedMesh read_obj(std::string_view bytes, const DecodeLimits& limits) { return ObjReader(bytes, limits).read(); }
+Likeness looks_like_obj(const Sample& sample) {
+  constexpr std::array<std::string_view, 13> kKeywords{"v", "vt", "vn", "vp", "f",      "o",     "g",
+                                                       "s", "l",  "p",  "mg", "mtllib", "usemtl"};
+  return std::find(kKeywords.begin(), kKeywords.end(), sample.word) == kKeywords.end() ? Likeness::kUnlike
+                                                                                       : Likeness::kText;
+}
+
+MeshContent read_obj(std::string_view bytes, const DecodeLimits& limits) { return ObjReader(bytes, limits).read(); }
+
+std::string write_obj(const Mesh& mesh) {
+  std::string text = reserved_text(mesh);
+  append_positions(text, mesh, "v ");
+  append_faces(text, mesh, "f ", 1);
+  return text;
+}
 
 }  // namespace crease

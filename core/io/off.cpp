@@ -1,7 +1,11 @@
+#include "core/io/off.h"
+
+#include <fmt/format.h>
+
 #include "core/base/text.h"
 #include "core/io/mesh_builder.h"
-#include "core/io/readers.h"
 #include "core/io/text_cursor.h"
+#include "core/io/write_text.h"
 
 namespace crease {
 namespace {
@@ -52,7 +56,14 @@ void read_faces(TextCursor& cursor, MeshBuilder& builder, std::size_t count) {
 
 }  // namespace
 
-DecodedMesh read_off(std::string_view bytes, const DecodeLimits& limits) {
+Likeness looks_like_off(const Sample& sample) {
+  constexpr std::string_view kOff = "OFF";
+  if (!sample.word.ends_with(kOff)) return Likeness::kUnlike;
+  const std::string_view prefix = sample.word.substr(0, sample.word.size() - kOff.size());
+  return prefix.find_first_not_of("STCN4n") == std::string_view::npos ? Likeness::kText : Likeness::kUnlike;
+}
+
+MeshContent read_off(std::string_view bytes, const DecodeLimits& limits) {
   TextCursor cursor(bytes, {.comment = '#'});
   MeshBuilder builder(limits);
   if (!cursor.skip_to_word()) cursor.fail_expected("the keyword OFF");
@@ -70,7 +81,15 @@ DecodedMesh read_off(std::string_view bytes, const DecodeLimits& limits) {
   if (cursor.skip_to_word()) {
     builder.warn("trailing_bytes", "everything after the last face was ignored, from " + cursor.place());
   }
-  return builder.finish(MeshFormat::kOff);
+  return builder.finish();
+}
+
+std::string write_off(const Mesh& mesh) {
+  std::string text = reserved_text(mesh);
+  text += fmt::format("OFF\n{} {} 0\n", mesh.positions.size(), mesh.triangles.size());
+  append_positions(text, mesh, "");
+  append_faces(text, mesh, "3 ", 0);
+  return text;
 }
 
 }  // namespace crease

@@ -1,4 +1,4 @@
-#include "core/io/read_ply_header.h"
+#include "core/io/ply_header.h"
 
 #include <fmt/format.h>
 

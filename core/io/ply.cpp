@@ -1,11 +1,13 @@
+#include "core/io/ply.h"
+
 #include <algorithm>
 #include <array>
 
 #include "core/base/text.h"
 #include "core/io/byte_cursor.h"
 #include "core/io/mesh_builder.h"
-#include "core/io/read_ply_header.h"
-#include "core/io/readers.h"
+#include "core/io/ply_header.h"
+#include "core/io/write_number.h"
 
 namespace crease {
 namespace {
@@ -107,7 +109,7 @@ class BodyReader {
   BodyReader(Body body, const PlyHeader& header, const DecodeLimits& limits)
       : body_(std::move(body)), header_(header), builder_(limits) {}
 
-  DecodedMesh read() {
+  MeshContent read() {
     for (const PlyElement& element : header_.elements) {
       if (element.name != "vertex") continue;
       vertex_count_ = element.count;
@@ -127,7 +129,7 @@ class BodyReader {
     if (body_.has_trailing()) {
       builder_.warn("trailing_bytes", "everything after the last element was ignored, from " + body_.place());
     }
-    return builder_.finish(MeshFormat::kPly);
+    return builder_.finish();
   }
 
  private:
@@ -245,12 +247,33 @@ class BodyReader {
 
 }  // namespace
 
-DecodedMesh read_ply(std::string_view bytes, const DecodeLimits& limits) {
+Likeness looks_like_ply(const Sample& sample) {
+  return sample.word == "ply" && sample.text.starts_with("ply") ? Likeness::kMagic : Likeness::kUnlike;
+}
+
+MeshContent read_ply(std::string_view bytes, const DecodeLimits& limits) {
   TextCursor cursor(bytes, {});
   const PlyHeader header = read_ply_header(bytes, cursor);
   if (header.encoding == PlyEncoding::kAscii) return BodyReader(AsciiBody(cursor), header, limits).read();
   const bool big_endian = header.encoding == PlyEncoding::kBigEndian;
   return BodyReader(BinaryBody(bytes, header.binary_start, big_endian), header, limits).read();
+}
+
+std::string write_ply(const Mesh& mesh) {
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\n"
+      "element vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
+      "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+      mesh.positions.size(), mesh.triangles.size());
+  bytes.reserve(bytes.size() + 24 * mesh.positions.size() + 13 * mesh.triangles.size());
+  for (const Vec3& position : mesh.positions) {
+    for (const double coordinate : position) append_little_endian(bytes, coordinate);
+  }
+  for (const Triangle& triangle : mesh.triangles) {
+    append_little_endian(bytes, static_cast<std::uint8_t>(3));
+    for (const Index corner : triangle) append_little_endian(bytes, corner);
+  }
+  return bytes;
 }
 
 }  // namespace crease

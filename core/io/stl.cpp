@@ -1,10 +1,13 @@
+#include "core/io/stl.h"
+
+#include <Eigen/Geometry>
 
 #include "core/base/text.h"
 #include "core/io/byte_cursor.h"
 #include "core/io/mesh_builder.h"
-#include "core/io/readers.h"
 #include "core/io/text_cursor.h"
 #include "core/io/weld.h"
+#include "core/io/write_number.h"
 
 namespace crease {
 namespace {
@@ -30,12 +33,12 @@ class StlBuilder {
     return vertex;
   }
 
-  DecodedMesh finish() {
+  MeshContent finish() {
     if (corners_ != builder.vertices()) {
       builder.warn("stl_vertices_welded", fmt::format("{} facet corners were welded to {} by exact position", corners_,
                                                       counted(builder.vertices(), "vertex", "vertices")));
     }
-    return builder.finish(MeshFormat::kStl);
+    return builder.finish();
   }
 
   MeshBuilder builder;
@@ -45,7 +48,7 @@ class StlBuilder {
   std::size_t corners_ = 0;
 };
 
-DecodedMesh read_binary(std::string_view bytes, const DecodeLimits& limits) {
+MeshContent read_binary(std::string_view bytes, const DecodeLimits& limits) {
   StlBuilder stl(limits);
   ByteCursor cursor(bytes);
   cursor.take(kHeaderBytes);
@@ -83,7 +86,7 @@ class AsciiReader {
  public:
   AsciiReader(std::string_view bytes, const DecodeLimits& limits) : cursor_(bytes, {}), stl_(limits) {}
 
-  DecodedMesh read() {
+  MeshContent read() {
     do {
       expect("solid");
       cursor_.skip_line();
@@ -141,7 +144,23 @@ class AsciiReader {
   std::vector<Index> corners_;
 };
 
-/// A binary file may begin with "solid" too: then its length fits its count, or its head holds bytes of no text.
+/// The size of a binary file by the count in its header; 0 without facets. The header must be there.
+std::uint64_t counted_size(std::string_view bytes) {
+  const std::uint64_t facets = load<std::uint32_t>(bytes.data() + kHeaderBytes, false);
+  return facets == 0 ? 0 : kCountEnd + facets * kFacetBytes;
+}
+
+bool is_exactly_binary(std::string_view bytes) {
+  return bytes.size() > kCountEnd && counted_size(bytes) == bytes.size();
+}
+
+bool may_be_binary(std::string_view bytes) {
+  if (bytes.size() <= kCountEnd || bytes.substr(0, kCountEnd).find('\0') == std::string_view::npos) return false;
+  const std::uint64_t size = counted_size(bytes);
+  return size != 0 && size <= bytes.size();
+}
+
+/// A binary file may begin with "solid" as well. Then its size fits its count, or its header has a NUL byte.
 bool is_ascii(std::string_view bytes) {
   const std::size_t start = bytes.find_first_not_of(" \t\r\n");
   if (start == std::string_view::npos || !equals_ignoring_case(bytes.substr(start, 5), "solid")) return false;
@@ -153,8 +172,32 @@ bool is_ascii(std::string_view bytes) {
 
 }  // namespace
 
-DecodedMesh read_stl(std::string_view bytes, const DecodeLimits& limits) {
+Likeness looks_like_stl(const Sample& sample) {
+  if (is_exactly_binary(sample.bytes)) return Likeness::kCertain;
+  const bool is_solid = equals_ignoring_case(sample.word.substr(0, 5), "solid");
+  return is_solid || may_be_binary(sample.text) ? Likeness::kHead : Likeness::kUnlike;
+}
+
+MeshContent read_stl(std::string_view bytes, const DecodeLimits& limits) {
   return is_ascii(bytes) ? AsciiReader(bytes, limits).read() : read_binary(bytes, limits);
+}
+
+std::string write_stl(const Mesh& mesh) {
+  std::string bytes = "binary STL written by creased";
+  bytes.resize(80, ' ');
+  bytes.reserve(84 + 50 * mesh.triangles.size());
+  append_little_endian(bytes, static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const Triangle& triangle : mesh.triangles) {
+    const auto& [a, b, c] = triangle;
+    const Vec3 ab = mesh.positions[b] - mesh.positions[a], ac = mesh.positions[c] - mesh.positions[a];
+    const Vec3 normal = ab.stableNormalized().cross(ac.stableNormalized()).stableNormalized();
+    for (const double coordinate : normal) append_little_endian(bytes, static_cast<float>(coordinate));
+    for (const Index corner : triangle) {
+      for (const float coordinate : to_single(mesh.positions[corner], corner)) append_little_endian(bytes, coordinate);
+    }
+    append_little_endian(bytes, std::uint16_t{0});
+  }
+  return bytes;
 }
 
 }  // namespace crease

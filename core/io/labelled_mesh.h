@@ -1,0 +1,24 @@
+#pragma once
+
+#include <vector>
+
+#include "core/features/ridge_lines.h"
+#include "core/features/vertex_classes.h"
+#include "core/mesh/mesh.h"
+#include "core/mesh/topology.h"
+
+namespace crease {
+
+/// A mesh with a ridge label for every edge: the result of a job.
+struct LabelledMesh {
+  Mesh mesh;
+  std::vector<Edge> edges;
+  std::vector<double> labels;          ///< in [0, 1], per edge
+  std::vector<double> dihedral_rad;    ///< signed, per edge
+  std::vector<VertexClass> classes{};  ///< per vertex, or empty
+  std::vector<Index> segments{};       ///< per face, or empty
+  std::vector<RidgeLine> ridge_lines{};
+  std::vector<Index> corners{};  ///< the vertices of class corner, ascending
+};
+
+}  // namespace crease

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "core/io/format.h"
+
+namespace crease {
+
+Likeness looks_like_ply(const Sample& sample);
+
+/// Reads ASCII PLY and both binary encodings. Other elements and properties are skipped, elements with a warning.
+/// \throw Error mesh_*, weights_invalid with the line or byte
+MeshContent read_ply(std::string_view bytes, const DecodeLimits& limits);
+
+/// Writes binary PLY in little endian with positions in double precision.
+std::string write_ply(const Mesh& mesh);
+
+}  // namespace crease

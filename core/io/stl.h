@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "core/io/format.h"
+
+namespace crease {
+
+Likeness looks_like_stl(const Sample& sample);
+
+/// Reads ASCII or binary STL and welds corners that have exactly the same position. \throw Error mesh_* with the line
+/// or byte
+MeshContent read_stl(std::string_view bytes, const DecodeLimits& limits);
+
+/// Writes binary STL: facets in the order of the faces, in single precision. \throw Error mesh_unsupported if a
+/// coordinate does not fit into single precision
+std::string write_stl(const Mesh& mesh);
+
+}  // namespace crease
