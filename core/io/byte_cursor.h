@@ -13,7 +13,7 @@
 
 namespace crease {
 
-/// A number of `bytes` of the given byte order; the bytes must be there.
+/// Loads a number in the given byte order from `bytes`, which must be long enough.
 template <typename Number>
 Number load(const char* bytes, bool big_endian) {
   std::array<char, sizeof(Number)> raw{};
@@ -22,7 +22,8 @@ Number load(const char* bytes, bool big_endian) {
   return std::bit_cast<Number>(raw);
 }
 
-/// Walks over untrusted binary data. Reading past the end is an Error mesh_truncated with the place "byte N".
+/// Reads untrusted binary data from front to back. Reading past the end throws Error mesh_truncated with the place
+/// "byte N".
 class ByteCursor {
  public:
   explicit ByteCursor(std::string_view bytes, std::size_t offset = 0, bool big_endian = false)
@@ -33,10 +34,11 @@ class ByteCursor {
   bool big_endian() const { return big_endian_; }
   std::string place() const { return fmt::format("byte {}", offset_); }
 
-  /// The next `count` bytes.
+  /// Returns the next `count` bytes and moves past them.
   const char* take(std::size_t count) {
     if (count > rest()) {
-      throw Error(code::kMeshTruncated, fmt::format("{} bytes are needed and {} are left", count, rest()), place());
+      throw Error(code::kMeshTruncated, fmt::format("{} bytes are needed, but only {} are left", count, rest()),
+                  place());
     }
     const char* first = bytes_.data() + offset_;
     offset_ += count;

@@ -94,7 +94,7 @@ std::string GltfBuilder::write(tinygltf::Mesh mesh, const nlohmann::ordered_json
   model_.nodes.emplace_back();
   if (mesh.primitives.empty()) {
     model_.buffers.clear();
-    model_.nodes.back().name = "empty";  // a node without any member would be written as null
+    model_.nodes.back().name = "empty";  // tinygltf writes a node without members as null
   } else {
     model_.meshes.push_back(std::move(mesh));
     model_.nodes.back().mesh = 0;
@@ -105,16 +105,18 @@ std::string GltfBuilder::write(tinygltf::Mesh mesh, const nlohmann::ordered_json
 
   std::ostringstream bytes;
   if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model_, bytes, false, binary)) {
-    throw Error(code::kMeshTooLarge, "the mesh does not fit into a glTF file");
+    throw Error(code::kMeshTooLarge, "the mesh is too large for a glTF file");
   }
   return std::move(bytes).str();
 }
 
 void check_gltf_vertices(std::size_t vertices, std::size_t copies) {
   if (vertices <= kMaxVertices) return;
-  throw Error(code::kMeshUnsupported,
-              fmt::format("{} vertices, {} of them copies along ridges, but glTF is written for at most {}", vertices,
-                          copies, kMaxVertices));
+  throw Error(
+      code::kMeshUnsupported,
+      fmt::format(
+          "the file would have {} vertices ({} of them copies along ridges); glTF can be written with at most {}",
+          vertices, copies, kMaxVertices));
 }
 
 }  // namespace crease

@@ -10,24 +10,25 @@
 
 namespace crease {
 
-/// Collects accessors over one buffer, each with a view of its own, for a file of one node with one mesh.
+/// Builds a file of one node with one mesh. Each accessor has its own view of a single buffer.
 class GltfBuilder {
  public:
   GltfBuilder() { model_.buffers.emplace_back(); }
 
   void reserve(std::size_t bytes) { data().reserve(bytes); }
 
-  /// Components of floats; `extent` writes the smallest and largest value of each, as positions need.
+  /// Adds an accessor of floats. With `extent`, it also has the minimum and maximum of each component, as positions
+  /// must.
   int add_floats(int type, int components, const std::vector<float>& values, bool extent = false);
   int add_indices(const std::vector<Index>& values);
 
-  /// The positions of the vertices `source`, in single precision. \throw Error mesh_unsupported
+  /// Adds the positions of the vertices `source` in single precision. \throw Error mesh_unsupported
   int add_positions(const Mesh& mesh, const std::vector<Index>& source);
-  /// One number for each vertex.
+  /// Adds one number per vertex.
   int add_scalars(const std::vector<float>& values) { return add_floats(TINYGLTF_TYPE_SCALAR, 1, values); }
 
-  /// The file: GLB when `binary`, otherwise glTF; `extras` become asset.extras. A mesh without primitives is left out.
-  /// \throw Error mesh_too_large
+  /// Writes the file: GLB if `binary`, otherwise glTF. `extras` go into asset.extras. A mesh without primitives is left
+  /// out. \throw Error mesh_too_large
   std::string write(tinygltf::Mesh mesh, const nlohmann::ordered_json& extras, bool binary);
 
  private:
@@ -39,8 +40,8 @@ class GltfBuilder {
   tinygltf::Model model_;
 };
 
-/// Vertex attributes cannot be 32-bit integers in glTF, and a float holds integers exactly up to 2²⁴.
-/// \throw Error mesh_unsupported when there are more vertices, `copies` of them made by us
+/// Checks that float attributes can hold every vertex index: glTF allows no 32-bit integers there, and a float is exact
+/// up to 2²⁴. `copies` of the vertices were made by splitting. \throw Error mesh_unsupported if there are more
 void check_gltf_vertices(std::size_t vertices, std::size_t copies);
 
 }  // namespace crease

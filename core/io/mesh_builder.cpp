@@ -7,8 +7,10 @@ void check_promise(std::string_view what, std::size_t count, std::size_t limit, 
                    std::size_t bytes_left, const std::string& place) {
   if (count > limit) MeshBuilder::fail_too_large(what, limit, place);
   if (count > bytes_left / least_bytes_each) {
-    throw Error(code::kMeshTruncated, fmt::format("the {} bytes left cannot hold {} {}", bytes_left, count, what),
-                place);
+    throw Error(
+        code::kMeshTruncated,
+        fmt::format("the header announces {} {}, but the remaining {} bytes cannot hold them", count, what, bytes_left),
+        place);
   }
 }
 
@@ -44,13 +46,12 @@ void MeshBuilder::fail_not_finite(const std::string& place) {
 }
 
 void MeshBuilder::fail_few_corners(std::size_t corners, const std::string& place) {
-  throw Error(code::kMeshSyntax, fmt::format("a face has {}, fewer than 3", counted(corners, "corner", "corners")),
-              place);
+  throw Error(code::kMeshSyntax, fmt::format("a face has only {}", counted(corners, "corner", "corners")), place);
 }
 
 void MeshBuilder::fail_index(std::int64_t index, std::size_t count) const {
   throw Error(code::kMeshIndexOutOfRange,
-              fmt::format("the face names vertex {} (counted from 0), but there are {}", index,
+              fmt::format("a face uses vertex {} (counted from 0), but the file has {}", index,
                           counted(count, "vertex", "vertices")),
               face_place());
 }

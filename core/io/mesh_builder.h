@@ -12,25 +12,25 @@
 
 namespace crease {
 
-/// Collects what a reader finds, under the limits: the checks that all formats share.
-/// `place` arguments are callables that make the place of a fault only when there is one.
+/// Collects the content of a mesh file and does the checks that all formats share. `place` arguments are functions, so
+/// that the text is made only if there is a fault.
 class MeshBuilder {
  public:
   explicit MeshBuilder(const DecodeLimits& limits)
       : limits_{std::min<std::size_t>(limits.max_vertices, kNone), limits.max_faces} {}
 
   std::size_t vertices() const { return mesh_.positions.size(); }
-  /// Polygons of the file so far, before they become triangles.
+  /// The number of polygons so far, before they become triangles.
   std::size_t faces() const { return faces_; }
   std::string face_place() const { return fmt::format("face {}", faces_); }
 
-  /// Reserves what a header promises after checking it against the limits and the bytes that are left.
+  /// Checks the count in a header against the limits and the bytes that are left, then reserves memory for it.
   /// \throw Error mesh_too_large, mesh_truncated
   void expect_vertices(std::size_t count, std::size_t least_bytes_each, std::size_t bytes_left,
                        const std::string& place);
   void expect_faces(std::size_t count, std::size_t least_bytes_each, std::size_t bytes_left, const std::string& place);
 
-  /// \throw Error mesh_not_finite, mesh_too_large
+  /// Adds a vertex. \throw Error mesh_not_finite, mesh_too_large
   template <typename Place>
   void add_vertex(double x, double y, double z, Place&& place) {
     if (!std::isfinite(x) || !std::isfinite(y) || !std::isfinite(z)) fail_not_finite(place());
@@ -38,7 +38,7 @@ class MeshBuilder {
     mesh_.positions.emplace_back(x, y, z);
   }
 
-  /// The weight of a vertex. Once one has a weight, those that are given none have 1. \throw Error weights_invalid
+  /// Sets the weight of a vertex. Vertices without a weight then count as 1. \throw Error weights_invalid
   template <typename Place>
   void set_weight(std::size_t vertex, double weight, Place&& place) {
     if (!is_weight(weight)) fail_weight(vertex, weight, place());
@@ -46,8 +46,8 @@ class MeshBuilder {
     weights_[vertex] = weight;
   }
 
-  /// A face of at least three corners; more become a fan around the first.
-  /// \throw Error mesh_syntax for fewer, mesh_too_large
+  /// Adds a face of at least three corners. A polygon becomes a fan around its first corner.
+  /// \throw Error mesh_syntax for fewer corners, mesh_too_large
   template <typename Place>
   void add_face(std::span<const Index> corners, Place&& place) {
     if (corners.size() < 3) fail_few_corners(corners.size(), place());
@@ -61,7 +61,8 @@ class MeshBuilder {
     ++faces_;
   }
 
-  /// The vertex that the next face names, counted from 0 among `count`. \throw Error mesh_index_out_of_range
+  /// Checks a vertex index of the next face, counted from 0, against the `count` vertices.
+  /// \throw Error mesh_index_out_of_range
   Index checked_index(std::int64_t index, std::size_t count) const {
     if (index < 0 || static_cast<std::uint64_t>(index) >= count) fail_index(index, count);
     return static_cast<Index>(index);
@@ -70,14 +71,14 @@ class MeshBuilder {
   void warn(std::string_view code, std::string detail) { warnings_.push_back({std::string(code), std::move(detail)}); }
 
   Mesh& mesh() { return mesh_; }
-  /// Of the vertices so far, or empty.
+  /// The weights of the vertices so far, or empty.
   std::vector<double>& weights() {
     if (!weights_.empty()) weights_.resize(vertices(), 1.0);
     return weights_;
   }
   const DecodeLimits& limits() const { return limits_; }
 
-  /// What has been collected, with the warnings.
+  /// Returns the collected content with its warnings.
   MeshContent finish();
 
   [[noreturn]] static void fail_too_large(std::string_view what, std::size_t limit, const std::string& place);

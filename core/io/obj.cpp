@@ -12,7 +12,7 @@
 namespace crease {
 namespace {
 
-/// Statements that say nothing of the surface's shape.
+/// Statements that do not describe the shape of the surface.
 constexpr std::array<std::string_view, 17> kAppearance{
     "vt",     "vn",  "vp",    "g",        "o",        "s",          "mtllib",    "usemtl", "usemap",
     "maplib", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "mg"};
@@ -35,7 +35,7 @@ class ObjReader {
   }
 
  private:
-  /// A face that names a vertex which had not been read yet.
+  /// A face that uses a vertex before its definition.
   struct ForwardFace {
     std::size_t face;
     std::size_t line;
@@ -77,7 +77,8 @@ class ObjReader {
     builder_.add_face(corners_, [&] { return cursor_.place(); });
   }
 
-  /// v, v/vt, v//vn or v/vt/vn, from 1, or negative from the last vertex: the vertex from 0.
+  /// Reads v, v/vt, v//vn or v/vt/vn. v counts from 1, or backwards from -1 for the last vertex so far. Returns the
+  /// vertex counted from 0.
   std::int64_t read_corner() {
     std::int64_t index = 0;
     if (!cursor_.leading_integer(index) || !cursor_.skip_word_of(is_index_character)) {
@@ -92,7 +93,7 @@ class ObjReader {
     for (const ForwardFace& forward : forward_) {
       if (forward.largest < static_cast<std::int64_t>(builder_.vertices())) continue;
       throw Error(code::kMeshIndexOutOfRange,
-                  fmt::format("line {} names vertex {}, but there are {}", forward.line, forward.largest + 1,
+                  fmt::format("line {} uses vertex {}, but the file has {}", forward.line, forward.largest + 1,
                               counted(builder_.vertices(), "vertex", "vertices")),
                   fmt::format("face {}", forward.face));
     }
@@ -100,19 +101,19 @@ class ObjReader {
 
   [[noreturn]] void fail_index(std::int64_t index, const std::string& place) const {
     throw Error(code::kMeshIndexOutOfRange,
-                fmt::format("line {} names vertex {}; vertices count from 1, or from -1 backwards over the {} so far",
+                fmt::format("line {} uses vertex {}; valid are 1 and up, or -1 to -{} for the vertices so far",
                             cursor_.line(), index, builder_.vertices()),
                 place);
   }
 
   void warn_of_skipped() {
     if (lines_ + points_ != 0) {
-      builder_.warn("elements_skipped", fmt::format("{} and {} were skipped: only faces are read",
+      builder_.warn("elements_skipped", fmt::format("skipped {} and {}: only faces are read",
                                                     counted(lines_, "line element", "line elements"),
                                                     counted(points_, "point element", "point elements")));
     }
     if (unknown_ != 0) {
-      builder_.warn("statements_skipped", fmt::format("{} of unknown kinds skipped, the first '{}'",
+      builder_.warn("statements_skipped", fmt::format("skipped {} of unknown kinds; the first is '{}'",
                                                       counted(unknown_, "statement", "statements"), first_unknown_));
     }
   }

@@ -13,20 +13,21 @@ namespace {
 constexpr std::size_t kLeastVertexBytes = 6;  // "0 0 0\n"
 constexpr std::size_t kLeastFaceBytes = 8;    // "3 0 0 0\n"
 
-/// Over the optional keyword: OFF after ST (texture), C (colour), N (normal), whose columns follow the position.
+/// Skips the keyword if there is one: OFF, which may follow ST (texture), C (colour) and N (normal). The columns of
+/// these stand after the position.
 void read_keyword(TextCursor& cursor) {
   TextCursor ahead = cursor;
   std::string_view word = ahead.word();
   if (!word.ends_with("OFF")) return;
   const std::string_view extras = word.substr(0, word.size() - 3);
   if (extras.find_first_of("4n") != std::string_view::npos) {
-    cursor.fail(code::kMeshUnsupported, "OFF with other than 3 dimensions");
+    cursor.fail(code::kMeshUnsupported, "only OFF with 3 dimensions is supported");
   }
   if (extras.find_first_not_of("STCN") != std::string_view::npos) {
     cursor.fail(code::kMeshSyntax, "expected the keyword OFF, found '" + printable(word) + "'");
   }
   cursor = ahead;
-  if (ahead.word() == "BINARY") cursor.fail(code::kMeshUnsupported, "binary OFF");
+  if (ahead.word() == "BINARY") cursor.fail(code::kMeshUnsupported, "binary OFF is not supported");
 }
 
 void read_vertices(TextCursor& cursor, MeshBuilder& builder, std::size_t count) {
@@ -79,7 +80,7 @@ MeshContent read_off(std::string_view bytes, const DecodeLimits& limits) {
   read_vertices(cursor, builder, vertices);
   read_faces(cursor, builder, faces);
   if (cursor.skip_to_word()) {
-    builder.warn("trailing_bytes", "everything after the last face was ignored, from " + cursor.place());
+    builder.warn("trailing_bytes", "ignored everything after the last face, from " + cursor.place());
   }
   return builder.finish();
 }

@@ -9,7 +9,8 @@ namespace crease {
 
 Likeness looks_like_off(const Sample& sample);
 
-/// Reads OFF with or without its keyword. Colours are skipped. \throw Error mesh_* with the line
+/// Reads ASCII OFF with or without its keyword. Colours, normals and texture coordinates are skipped. \throw Error
+/// mesh_* with the line
 MeshContent read_off(std::string_view bytes, const DecodeLimits& limits);
 
 /// Writes positions as the shortest decimal numbers that read back to the same doubles.

@@ -14,10 +14,10 @@ namespace {
 
 constexpr std::size_t kLeastAsciiValueBytes = 2;
 
-/// What a vertex property holds: a coordinate (0 to 2), the weight, or nothing of ours.
+/// The content of a vertex property: a coordinate (0 to 2), the weight, or something that is skipped.
 enum Slot : std::size_t { kWeight = 3, kOther = 4 };
 
-/// The body as values, one line per element.
+/// A text body with one line per element.
 class AsciiBody {
  public:
   explicit AsciiBody(TextCursor cursor) : cursor_(cursor) {}
@@ -26,7 +26,8 @@ class AsciiBody {
     if (!cursor_.skip_to_word()) cursor_.fail_expected("an element");
   }
   void end_element() {
-    if (!cursor_.at_line_end()) cursor_.fail(code::kMeshSyntax, "more values than the header has properties");
+    if (!cursor_.at_line_end())
+      cursor_.fail(code::kMeshSyntax, "the line has more values than the header has properties");
     cursor_.skip_line();
   }
   double number(PlyType /*type*/) { return cursor_.number("a number"); }
@@ -47,7 +48,7 @@ class AsciiBody {
   TextCursor cursor_;
 };
 
-/// The body as values of the types that the header names.
+/// A binary body with values of the types in the header.
 class BinaryBody {
  public:
   BinaryBody(std::string_view bytes, std::size_t offset, bool big_endian) : cursor_(bytes, offset, big_endian) {}
@@ -77,11 +78,11 @@ class BinaryBody {
     }
     return load<double>(at, big);
   }
-  /// Of a whole-number type: exact in a double.
+  /// The type must be an integer type; a double holds its values exactly.
   std::int64_t integer(PlyType type) { return static_cast<std::int64_t>(number(type)); }
   std::size_t length(PlyType type) {
     const std::int64_t value = integer(type);
-    if (value < 0) throw Error(code::kMeshSyntax, fmt::format("a list of length {}", value), place());
+    if (value < 0) throw Error(code::kMeshSyntax, fmt::format("a list has the length {}", value), place());
     return static_cast<std::size_t>(value);
   }
   void skip(PlyType type, std::size_t count) { cursor_.take(count * size_of(type)); }
@@ -127,7 +128,7 @@ class BodyReader {
       }
     }
     if (body_.has_trailing()) {
-      builder_.warn("trailing_bytes", "everything after the last element was ignored, from " + body_.place());
+      builder_.warn("trailing_bytes", "ignored everything after the last element, from " + body_.place());
     }
     return builder_.finish();
   }
@@ -151,7 +152,7 @@ class BodyReader {
     if (least == 0) return;
     if (element.count > body_.rest() / least) {
       throw Error(code::kMeshTruncated,
-                  fmt::format("the {} bytes left cannot hold {} elements '{}'", body_.rest(), element.count,
+                  fmt::format("the remaining {} bytes cannot hold {} elements '{}'", body_.rest(), element.count,
                               printable(element.name)),
                   element.place);
     }
@@ -203,10 +204,11 @@ class BodyReader {
     const auto& properties = element.properties;
     const auto found = std::find_if(properties.begin(), properties.end(), is_corner_list);
     if (found == properties.end()) {
-      throw Error(code::kMeshNoFaces, "the faces have no list 'vertex_indices' or 'vertex_index'", element.place);
+      throw Error(code::kMeshNoFaces, "the faces have neither a list 'vertex_indices' nor 'vertex_index'",
+                  element.place);
     }
     if (found->type == PlyType::kFloat32 || found->type == PlyType::kFloat64) {
-      throw Error(code::kMeshSyntax, "vertex indices must be of a whole-number type", element.place);
+      throw Error(code::kMeshSyntax, "vertex indices must have an integer type", element.place);
     }
     return static_cast<std::size_t>(found - properties.begin());
   }

@@ -42,10 +42,10 @@ class HeaderReader {
   HeaderReader(std::string_view bytes, TextCursor& cursor) : bytes_(bytes), cursor_(cursor) {}
 
   PlyHeader read() {
-    if (cursor_.word() != "ply") cursor_.fail(code::kMeshSyntax, "expected the first line 'ply'");
+    if (cursor_.word() != "ply") cursor_.fail(code::kMeshSyntax, "expected 'ply' in the first line");
     cursor_.skip_line();
     while (read_line()) cursor_.skip_line();
-    if (!format_seen_) cursor_.fail(code::kMeshSyntax, "the header names no format");
+    if (!format_seen_) cursor_.fail(code::kMeshSyntax, "the header has no line 'format'");
     header_.binary_start = after_line_end();
     cursor_.skip_line();
     return std::move(header_);
@@ -83,7 +83,8 @@ class HeaderReader {
       cursor_.fail(code::kMeshSyntax, "unknown format '" + printable(name) + "'");
     }
     const std::string_view version = required_word("the format's version");
-    if (version != "1.0") cursor_.fail(code::kMeshUnsupported, "PLY version " + printable(version));
+    if (version != "1.0")
+      cursor_.fail(code::kMeshUnsupported, "PLY version " + printable(version) + " is not supported");
     format_seen_ = true;
   }
 
@@ -94,18 +95,18 @@ class HeaderReader {
     element.place = cursor_.place();
     const bool repeated = std::any_of(header_.elements.begin(), header_.elements.end(),
                                       [&](const PlyElement& other) { return other.name == element.name; });
-    if (repeated) cursor_.fail(code::kMeshSyntax, "a second element '" + printable(element.name) + "'");
+    if (repeated) cursor_.fail(code::kMeshSyntax, "the header has two elements '" + printable(element.name) + "'");
     header_.elements.push_back(std::move(element));
   }
 
   void read_property() {
-    if (header_.elements.empty()) cursor_.fail(code::kMeshSyntax, "a property before the first element");
+    if (header_.elements.empty()) cursor_.fail(code::kMeshSyntax, "a property comes before the first element");
     PlyProperty property;
     std::string_view type = required_word("the property's type");
     if (type == "list") {
       property.count_type = type_from_name(required_word("the type of the list's length"));
       if (*property.count_type == PlyType::kFloat32 || *property.count_type == PlyType::kFloat64) {
-        cursor_.fail(code::kMeshSyntax, "a list's length must be of a whole-number type");
+        cursor_.fail(code::kMeshSyntax, "the length of a list must have an integer type");
       }
       type = required_word("the type of the list's items");
     }
@@ -127,7 +128,8 @@ class HeaderReader {
     return word;
   }
 
-  /// A lone CR ends the header only where it ended the first line: elsewhere LF may be the body's first byte.
+  /// Returns where the body starts. A lone CR ends the header only if it ended the first line too. Otherwise a CR LF is
+  /// one line end.
   std::size_t after_line_end() {
     if (!cursor_.at_line_end()) cursor_.fail(code::kMeshSyntax, "expected a line end after 'end_header'");
     const std::size_t end = cursor_.offset();

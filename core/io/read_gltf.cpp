@@ -15,7 +15,7 @@ using gltf::Json;
 
 enum Mode : std::uint8_t { kTriangles = 4, kStrip = 5, kFan = 6 };
 
-/// The vertices of one POSITION accessor in one place.
+/// The vertices of one POSITION accessor in one instance of a mesh.
 struct VertexRange {
   std::size_t first = 0;
   std::size_t count = 0;
@@ -30,13 +30,12 @@ class GltfReader {
     for (const gltf::MeshInstance& instance : mesh_instances(document_)) read_instance(instance);
     share_vertices();
     if (skipped_ != 0) {
-      builder_.warn(
-          "primitives_skipped",
-          counted(skipped_, "primitive of points or lines was", "primitives of points or lines were") + " skipped");
+      builder_.warn("primitives_skipped",
+                    "skipped " + counted(skipped_, "primitive", "primitives") + " of points or lines");
     }
     if (document_.trailing_bytes() != 0) {
       builder_.warn("trailing_bytes",
-                    counted(document_.trailing_bytes(), "byte", "bytes") + " after the end of the GLB were ignored");
+                    "ignored " + counted(document_.trailing_bytes(), "byte", "bytes") + " after the end of the GLB");
     }
     return builder_.finish();
   }
@@ -53,7 +52,7 @@ class GltfReader {
 
   void read_primitive(const Json& primitive, const gltf::MeshInstance& instance, const std::string& place) {
     const std::size_t mode = gltf::size_member_or(primitive, "mode", kTriangles, place);
-    if (mode > kFan) throw Error(code::kMeshSyntax, fmt::format("there is no primitive mode {}", mode), place);
+    if (mode > kFan) throw Error(code::kMeshSyntax, fmt::format("primitive mode {} does not exist", mode), place);
     if (mode < kTriangles) {
       ++skipped_;
       return;
@@ -63,7 +62,7 @@ class GltfReader {
     const VertexRange range = read_vertices(*attributes, instance, place);
     const std::vector<Index> corners = read_corners(primitive, range, place);
     if (mode == kTriangles ? corners.size() % 3 != 0 : corners.size() < 3) {
-      throw Error(code::kMeshCountMismatch, fmt::format("{} corners make no triangles", corners.size()), place);
+      throw Error(code::kMeshCountMismatch, fmt::format("{} corners do not make up triangles", corners.size()), place);
     }
     add_triangles(corners, static_cast<Mode>(mode), range, instance.transform.linear().determinant() < 0);
   }
@@ -111,8 +110,8 @@ class GltfReader {
     const Accessor accessor = document_.accessor(index, place);
     if (accessor.components != 1) throw Error(code::kMeshSyntax, "weights must be SCALAR", accessor.place);
     if (accessor.count() != range.count) {
-      throw Error(code::kMeshCountMismatch, fmt::format("{} weights of {} vertices", accessor.count(), range.count),
-                  accessor.place);
+      throw Error(code::kMeshCountMismatch,
+                  fmt::format("there are {} weights for {} vertices", accessor.count(), range.count), accessor.place);
     }
     std::vector<double> weights(range.count);
     gltf::for_each_element(accessor, [&](std::size_t element, const char* bytes) {
@@ -125,7 +124,7 @@ class GltfReader {
     range.weighted = true;
   }
 
-  /// Of copied vertices the original. Any other use of the name is none of ours: the attribute is then ignored.
+  /// Reads the originals of copied vertices. If the attribute has any other meaning, it is ignored with a warning.
   void read_sources(std::size_t index, const VertexRange& range, const std::string& place) {
     const Accessor accessor = document_.accessor(index, place);
     std::vector<double> sources(accessor.count());
@@ -135,8 +134,8 @@ class GltfReader {
                                                         : gltf::load_unsigned(bytes, component, accessor.place);
     });
     if (accessor.components != 1 || !name_originals(sources, range)) {
-      builder_.warn("source_ignored",
-                    "the attribute _SOURCE does not name originals of copied vertices (" + place + "); it was ignored");
+      builder_.warn("source_ignored", "ignored the attribute _SOURCE of " + place +
+                                          ": it does not name the originals of copied vertices");
       return;
     }
     for (std::size_t v = originals_.size(); v < range.first; ++v) originals_.push_back(static_cast<Index>(v));
@@ -193,7 +192,8 @@ class GltfReader {
     }
   }
 
-  /// Files of a renderer hold a vertex once per normal or texture coordinate: the surface would fall apart there.
+  /// Joins vertices. Files for rendering have a copy of a vertex for each of its normals or texture coordinates;
+  /// without joining them, the surface would fall apart.
   void share_vertices() {
     if (!originals_.empty()) {
       fold_copies();
@@ -201,9 +201,8 @@ class GltfReader {
     }
     const std::size_t removed = weld_by_position(builder_.mesh(), builder_.weights());
     if (removed == 0) return;
-    builder_.warn("vertices_welded", counted(removed, "vertex that lies exactly where an earlier one does was",
-                                             "vertices that lie exactly where earlier ones do were") +
-                                         " welded to it");
+    builder_.warn("vertices_welded",
+                  "welded " + counted(removed, "vertex", "vertices") + " to earlier ones at exactly the same position");
   }
 
   void fold_copies() {
@@ -228,7 +227,7 @@ class GltfReader {
   gltf::Document document_;
   MeshBuilder builder_;
   std::map<std::size_t, VertexRange> ranges_;  ///< of the current instance, by POSITION accessor
-  std::vector<Index> originals_;               ///< per vertex, where a _SOURCE names them; may be shorter
+  std::vector<Index> originals_;  ///< per vertex, if a _SOURCE names them; may be shorter than the list of vertices
   std::size_t skipped_ = 0;
 };
 

@@ -31,12 +31,12 @@ std::size_t size_of(Component component) {
 Component component_member(const Json& object, const std::string& place) {
   const std::size_t value = size_member(object, "componentType", place);
   if (value < 5120 || value > 5126 || value == 5124) {
-    throw Error(code::kMeshSyntax, fmt::format("there is no component type {}", value), place);
+    throw Error(code::kMeshSyntax, fmt::format("component type {} does not exist", value), place);
   }
   return static_cast<Component>(value);
 }
 
-/// Extensions that change how a surface looks, not where it is.
+/// Whether an extension changes the look of a surface, but not its shape.
 bool concerns_appearance(std::string_view extension) {
   return extension.starts_with("KHR_materials_") || extension.starts_with("KHR_texture_") ||
          extension.starts_with("EXT_texture_") || extension == "KHR_lights_punctual";
@@ -59,13 +59,15 @@ void Document::read_chunks(std::string_view bytes) {
   ByteCursor head(bytes);
   head.take(4);
   const auto version = head.read<std::uint32_t>();
-  if (version != 2) throw Error(code::kMeshUnsupported, fmt::format("GLB version {}", version), "byte 4");
+  if (version != 2)
+    throw Error(code::kMeshUnsupported, fmt::format("GLB version {} is not supported", version), "byte 4");
   const std::size_t length = head.read<std::uint32_t>();
   if (length > bytes.size()) {
-    throw Error(code::kMeshTruncated, fmt::format("the head names {} bytes, there are {}", length, bytes.size()),
-                "byte 8");
+    throw Error(code::kMeshTruncated,
+                fmt::format("the header announces {} bytes, but the file has {}", length, bytes.size()), "byte 8");
   }
-  if (length < head.offset()) throw Error(code::kMeshSyntax, "the length is that of no GLB", "byte 8");
+  if (length < head.offset())
+    throw Error(code::kMeshSyntax, "the length in the header is too small for a GLB", "byte 8");
   trailing_bytes_ = bytes.size() - length;
   ByteCursor cursor(bytes.substr(0, length), head.offset());
   bool has_json = false;
@@ -88,18 +90,22 @@ void Document::read_chunks(std::string_view bytes) {
 void Document::check_versions() const {
   const std::string place = "asset";
   const Json* asset = find_member(root_, "asset", place);
-  if (asset == nullptr) throw Error(code::kMeshSyntax, "a glTF file has a member 'asset'", place);
+  if (asset == nullptr) throw Error(code::kMeshSyntax, "a glTF file must have a member 'asset'", place);
   const Json* version = find_member(*asset, "version", place);
   if (version == nullptr || !version->is_string()) {
     throw Error(code::kMeshSyntax, "'version' must be a string", place);
   }
   const std::string& number = version->get_ref<const std::string&>();
-  if (!number.starts_with("2.")) throw Error(code::kMeshUnsupported, "glTF version " + printable(number), place);
+  if (!number.starts_with("2."))
+    throw Error(code::kMeshUnsupported, "glTF version " + printable(number) + " is not supported", place);
   for (const Json& extension : array_member(root_, "extensionsRequired", "extensionsRequired")) {
-    if (!extension.is_string()) throw Error(code::kMeshSyntax, "an extension's name is a string", "extensionsRequired");
+    if (!extension.is_string())
+      throw Error(code::kMeshSyntax, "the name of an extension must be a string", "extensionsRequired");
     const std::string& name = extension.get_ref<const std::string&>();
     if (concerns_appearance(name)) continue;
-    throw Error(code::kMeshUnsupported, "the file requires the extension " + printable(name), "extensionsRequired");
+    throw Error(code::kMeshUnsupported,
+                "the file requires the extension " + printable(name) + ", which is not supported",
+                "extensionsRequired");
   }
 }
 
@@ -111,8 +117,8 @@ void Document::load_buffers() {
     const std::size_t length = size_member(buffer, "byteLength", place);
     const std::string_view data = buffer_data(i, buffer, place);
     if (length > data.size()) {
-      throw Error(code::kMeshCountMismatch, fmt::format("byteLength is {}, there are {} bytes", length, data.size()),
-                  place);
+      throw Error(code::kMeshCountMismatch,
+                  fmt::format("byteLength is {}, but the buffer has {} bytes", length, data.size()), place);
     }
     buffers_.push_back(data.substr(0, length));
   }
@@ -128,19 +134,19 @@ std::string_view Document::buffer_data(std::size_t index, Json& buffer, const st
   const std::string_view text = uri->get_ref<const std::string&>();
   const std::size_t comma = text.find(',');
   if (!text.starts_with("data:") || comma == std::string_view::npos || !text.substr(0, comma).ends_with(";base64")) {
-    throw Error(code::kMeshUnsupported, "only buffers embedded as base64 are read, not '" + printable(text) + "'",
-                place);
+    throw Error(code::kMeshUnsupported, "buffers must be embedded as base64, unlike '" + printable(text) + "'", place);
   }
   std::optional<std::string> data = decode_base64(text.substr(comma + 1));
-  if (!data) throw Error(code::kMeshSyntax, "the data are not base64", place);
-  buffer.erase("uri");  // the text is not needed again
+  if (!data) throw Error(code::kMeshSyntax, "the data is not valid base64", place);
+  buffer.erase("uri");  // the text is no longer needed
   return decoded_.emplace_back(std::move(*data));
 }
 
 const Json& Document::entry(const char* array, std::size_t index, const std::string& place) const {
   const Json& entries = array_member(root_, array, array);
   if (index >= entries.size()) {
-    throw Error(code::kMeshIndexOutOfRange, fmt::format("{} {} of {} is named", array, index, entries.size()), place);
+    throw Error(code::kMeshIndexOutOfRange,
+                fmt::format("{}[{}] does not exist: there are {}", array, index, entries.size()), place);
   }
   return entries[index];
 }
@@ -151,7 +157,7 @@ Accessor Document::accessor(std::size_t index, const std::string& place) const {
   accessor.place = fmt::format("accessor {}", index);
   const Json* type = find_member(object, "type", accessor.place);
   if (type == nullptr || (*type != "SCALAR" && *type != "VEC3")) {
-    throw Error(code::kMeshSyntax, "the type must be SCALAR or VEC3 here", accessor.place);
+    throw Error(code::kMeshSyntax, "the type must be SCALAR or VEC3", accessor.place);
   }
   accessor.components = *type == "SCALAR" ? 1 : 3;
   const std::size_t count = size_member(object, "count", accessor.place);
@@ -159,8 +165,10 @@ Accessor Document::accessor(std::size_t index, const std::string& place) const {
   if (find_member(object, "bufferView", accessor.place) != nullptr) {
     accessor.elements = elements(object, count, component, accessor.components, accessor.place);
   } else if (count > file_size_) {
-    throw Error(code::kMeshCountMismatch,
-                fmt::format("{} elements without data in a file of {} bytes", count, file_size_), accessor.place);
+    throw Error(
+        code::kMeshCountMismatch,
+        fmt::format("an accessor without data has {} elements, more than the file has bytes ({})", count, file_size_),
+        accessor.place);
   } else {
     accessor.elements = {nullptr, 0, count, component};
   }
@@ -178,26 +186,28 @@ Elements Document::elements(const Json& object, std::size_t count, Component com
   const std::string view_place = fmt::format("bufferView {}", view_index);
   const std::size_t buffer_index = size_member(view, "buffer", view_place);
   if (buffer_index >= buffers_.size()) {
-    throw Error(code::kMeshIndexOutOfRange, fmt::format("buffer {} of {} is named", buffer_index, buffers_.size()),
-                view_place);
+    throw Error(code::kMeshIndexOutOfRange,
+                fmt::format("buffers[{}] does not exist: there are {}", buffer_index, buffers_.size()), view_place);
   }
   const std::string_view buffer = buffers_[buffer_index];
   const std::size_t view_offset = size_member_or(view, "byteOffset", 0, view_place);
   const std::size_t view_length = size_member(view, "byteLength", view_place);
   if (view_offset > buffer.size() || view_length > buffer.size() - view_offset) {
     throw Error(code::kMeshCountMismatch,
-                fmt::format("{} bytes from byte {} of a buffer of {}", view_length, view_offset, buffer.size()),
+                fmt::format("{} bytes from byte {} on do not fit into a buffer of {} bytes", view_length, view_offset,
+                            buffer.size()),
                 view_place);
   }
   const std::size_t element_size = size_of(component) * components;
   const std::size_t stride = size_member_or(view, "byteStride", element_size, view_place);
-  if (stride < element_size) throw Error(code::kMeshSyntax, "'byteStride' is less than an element", view_place);
+  if (stride < element_size) throw Error(code::kMeshSyntax, "'byteStride' is smaller than an element", view_place);
   const std::size_t offset = size_member_or(object, "byteOffset", 0, place);
   const bool fits = count == 0 || (offset <= view_length && view_length - offset >= element_size &&
                                    count - 1 <= (view_length - offset - element_size) / stride);
   if (!fits) {
     throw Error(code::kMeshCountMismatch,
-                fmt::format("{} elements from byte {} of a buffer view of {} bytes", count, offset, view_length),
+                fmt::format("{} elements from byte {} on do not fit into a buffer view of {} bytes", count, offset,
+                            view_length),
                 place);
   }
   return {buffer.data() + view_offset + offset, stride, count, component};
@@ -207,8 +217,8 @@ void Document::read_sparse(const Json& sparse, Accessor& accessor) const {
   const std::string place = accessor.place + ", sparse";
   const std::size_t count = size_member(sparse, "count", place);
   if (count > accessor.count()) {
-    throw Error(code::kMeshCountMismatch, fmt::format("{} of {} elements are replaced", count, accessor.count()),
-                place);
+    throw Error(code::kMeshCountMismatch,
+                fmt::format("{} elements are replaced, but there are only {}", count, accessor.count()), place);
   }
   const Json* indices = find_member(sparse, "indices", place);
   const Json* values = find_member(sparse, "values", place);
@@ -254,7 +264,7 @@ std::uint32_t load_unsigned(const char* at, Component component, const std::stri
     case Component::kFloat:
       break;
   }
-  throw Error(code::kMeshSyntax, "the component type must be that of a whole number without sign", place);
+  throw Error(code::kMeshSyntax, "the component type must be an unsigned integer type", place);
 }
 
 }  // namespace crease::gltf

@@ -20,38 +20,38 @@ enum class Component : std::uint16_t {
   kFloat = 5126,
 };
 
-/// Bytes of a buffer that are known to be there, `count` elements of them.
+/// `count` elements in a buffer that is known to be long enough.
 struct Elements {
-  const char* data = nullptr;  ///< null: all zeros
+  const char* data = nullptr;  ///< null if all elements are zero
   std::size_t stride = 0;
   std::size_t count = 0;
   Component component = Component::kFloat;
 };
 
-/// An accessor whose every element can be read.
+/// An accessor that has been checked: every element can be read.
 struct Accessor {
   Elements elements;
   std::size_t components = 1;  ///< 1 for SCALAR, 3 for VEC3
-  bool normalized = false;     ///< whole numbers stand for 0 to 1, or −1 to 1
-  Elements sparse_indices;     ///< of the elements that are replaced; count 0 for none
+  bool normalized = false;     ///< integers represent the range 0 to 1, or −1 to 1
+  Elements sparse_indices;     ///< the elements that are replaced; count 0 if there are none
   Elements sparse_values;
   std::string place;
 
   std::size_t count() const { return elements.count; }
 };
 
-/// A glTF or GLB file with its buffers, all of them embedded.
+/// A glTF or GLB file with its buffers, which must be embedded.
 class Document {
  public:
   /// \throw Error mesh_syntax, mesh_truncated, mesh_unsupported, mesh_too_large, mesh_count_mismatch
   explicit Document(std::string_view bytes);
 
   const Json& root() const { return root_; }
-  /// The bytes behind the end that a GLB names.
+  /// The number of bytes after the end of a GLB.
   std::size_t trailing_bytes() const { return trailing_bytes_; }
   bool is_binary() const { return is_binary_; }
 
-  /// An entry of one of the root's arrays. \throw Error mesh_index_out_of_range; `place` names who asked
+  /// An entry of an array of the root. \throw Error mesh_index_out_of_range with `place`, the entry that refers to it
   const Json& entry(const char* array, std::size_t index, const std::string& place) const;
 
   /// \throw Error mesh_syntax, mesh_index_out_of_range, mesh_count_mismatch, mesh_unsupported
@@ -75,13 +75,13 @@ class Document {
   std::vector<std::string_view> buffers_;
 };
 
-/// An index or other whole number of one component. \throw Error mesh_syntax for other component types
+/// Loads an unsigned integer of one component. \throw Error mesh_syntax for other component types
 std::uint32_t load_unsigned(const char* at, Component component, const std::string& place);
 
-/// One component of the accessor as the number that it stands for.
+/// Loads one component of the accessor as the number that it represents.
 double load_number(const char* at, const Accessor& accessor);
 
-/// Calls `visit(element, bytes)` for every element in order, then for those that a sparse accessor replaces.
+/// Calls `visit(element, bytes)` for every element in order, then for the elements that a sparse accessor replaces.
 template <typename Visit>
 void for_each_element(const Accessor& accessor, Visit&& visit) {
   constexpr std::array<char, 16> kZeros{};

@@ -24,10 +24,12 @@ Json parse_json(std::string_view text, std::size_t offset) {
   std::size_t values = 0;
   const auto bounded = [&](int depth, Json::parse_event_t /*event*/, Json& /*value*/) {
     if (depth > kDeepest) {
-      throw Error(code::kMeshTooLarge, fmt::format("JSON nested deeper than {}", kDeepest), byte_place(offset));
+      throw Error(code::kMeshTooLarge, fmt::format("the JSON is nested more than {} levels deep", kDeepest),
+                  byte_place(offset));
     }
     if (++values > kMostValues) {
-      throw Error(code::kMeshTooLarge, fmt::format("JSON of more than {} values", kMostValues), byte_place(offset));
+      throw Error(code::kMeshTooLarge, fmt::format("the JSON has more than {} values", kMostValues),
+                  byte_place(offset));
     }
     return true;
   };
@@ -36,22 +38,22 @@ Json parse_json(std::string_view text, std::size_t offset) {
   } catch (const Json::parse_error& error) {
     const bool ended = error.byte > text.size();
     throw Error(ended ? code::kMeshTruncated : code::kMeshSyntax,
-                ended ? "the JSON ends too early" : "this is not valid JSON",
+                ended ? "the JSON ends too early" : "the JSON is not valid",
                 byte_place(offset + std::max<std::size_t>(error.byte, 1) - 1));
   } catch (const Json::exception&) {
-    throw Error(code::kMeshSyntax, "the JSON holds a number beyond the range of double", byte_place(offset));
+    throw Error(code::kMeshSyntax, "the JSON has a number that is out of the range of a double", byte_place(offset));
   }
 }
 
 const Json* find_member(const Json& object, const char* name, const std::string& place) {
   if (!object.is_object())
-    throw Error(code::kMeshSyntax, fmt::format("'{}' is sought in what is no object", name), place);
+    throw Error(code::kMeshSyntax, fmt::format("expected an object with a member '{}'", name), place);
   const auto found = object.find(name);
   return found == object.end() ? nullptr : &*found;
 }
 
 std::size_t size_value(const Json& value, const char* name, const std::string& place) {
-  if (!value.is_number_unsigned()) fail_type(name, "a whole number that is not negative", place);
+  if (!value.is_number_unsigned()) fail_type(name, "an integer, 0 or more", place);
   return value.get<std::size_t>();
 }
 

@@ -42,7 +42,7 @@ class NodeWalk {
   void visit(const PendingNode& pending) {
     const std::string place = fmt::format("node {}", pending.node);
     const Json& node = document_.entry("nodes", pending.node, place);
-    if (visited_[pending.node]) throw Error(code::kMeshSyntax, "the node has two parents or is its own", place);
+    if (visited_[pending.node]) throw Error(code::kMeshSyntax, "the node has two parents or is part of a cycle", place);
     visited_[pending.node] = true;
     MeshInstance here = pending.parent;
     if (const std::optional<Eigen::Affine3d> local = local_transform(node, place)) {

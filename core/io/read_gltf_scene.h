@@ -7,15 +7,15 @@
 
 namespace crease::gltf {
 
-/// A mesh of the file where a node puts it.
+/// A mesh of the file with the transform of its node.
 struct MeshInstance {
   std::size_t mesh = 0;
   Eigen::Affine3d transform = Eigen::Affine3d::Identity();
-  bool moved = false;  ///< false: the transform is the identity
+  bool moved = false;  ///< whether the transform is not the identity
 };
 
-/// The meshes of the scene to show, in the order of its nodes; all meshes of a file without scenes.
-/// \throw Error mesh_syntax (nodes that are no tree), mesh_index_out_of_range
+/// The meshes of the default scene in the order of its nodes, or all meshes if the file has no scenes.
+/// \throw Error mesh_syntax if the nodes do not form a tree, mesh_index_out_of_range
 std::vector<MeshInstance> mesh_instances(const Document& document);
 
 }  // namespace crease::gltf

@@ -17,7 +17,7 @@ constexpr std::size_t kCountEnd = kHeaderBytes + 4;
 constexpr std::size_t kFacetBytes = 50;
 constexpr std::size_t kNormalBytes = 12;
 
-/// Facets to a mesh with shared vertices.
+/// Builds a mesh with shared vertices from facets.
 class StlBuilder {
  public:
   explicit StlBuilder(const DecodeLimits& limits) : builder(limits) {}
@@ -35,8 +35,8 @@ class StlBuilder {
 
   MeshContent finish() {
     if (corners_ != builder.vertices()) {
-      builder.warn("stl_vertices_welded", fmt::format("{} facet corners were welded to {} by exact position", corners_,
-                                                      counted(builder.vertices(), "vertex", "vertices")));
+      builder.warn("stl_vertices_welded", fmt::format("welded {} facet corners with exactly equal positions to {}",
+                                                      corners_, counted(builder.vertices(), "vertex", "vertices")));
     }
     return builder.finish();
   }
@@ -57,8 +57,8 @@ MeshContent read_binary(std::string_view bytes, const DecodeLimits& limits) {
   if (facets > limits.max_faces) MeshBuilder::fail_too_large("faces", limits.max_faces, count_place);
   if (facets > cursor.rest() / kFacetBytes) {
     throw Error(code::kMeshTruncated,
-                fmt::format("the count promises {} facets, the {} bytes after it hold {}", facets, cursor.rest(),
-                            cursor.rest() / kFacetBytes),
+                fmt::format("the header announces {} facets, but the {} bytes after it hold only {}", facets,
+                            cursor.rest(), cursor.rest() / kFacetBytes),
                 count_place);
   }
   stl.builder.mesh().triangles.reserve(facets);
@@ -76,7 +76,7 @@ MeshContent read_binary(std::string_view bytes, const DecodeLimits& limits) {
     stl.builder.add_face(corners, [&] { return cursor.place(); });
   }
   if (cursor.rest() != 0) {
-    stl.builder.warn("trailing_bytes", fmt::format("{} after the last facet were ignored, from {}",
+    stl.builder.warn("trailing_bytes", fmt::format("ignored {} after the last facet, from {}",
                                                    counted(cursor.rest(), "byte", "bytes"), cursor.place()));
   }
   return stl.finish();
@@ -144,7 +144,8 @@ class AsciiReader {
   std::vector<Index> corners_;
 };
 
-/// The size of a binary file by the count in its header; 0 without facets. The header must be there.
+/// The size of a binary file according to the count in its header; 0 if it counts no facets. The header must be
+/// complete.
 std::uint64_t counted_size(std::string_view bytes) {
   const std::uint64_t facets = load<std::uint32_t>(bytes.data() + kHeaderBytes, false);
   return facets == 0 ? 0 : kCountEnd + facets * kFacetBytes;

@@ -10,7 +10,7 @@
 namespace crease {
 namespace {
 
-/// Of a number that a double cannot hold: is it too small, rather than too large?
+/// Whether a number that a double cannot hold is too small, rather than too large.
 bool underflows(std::string_view word) {
   if (word.find("e-") != std::string_view::npos || word.find("E-") != std::string_view::npos) return true;
   if (word.find_first_of("eE") != std::string_view::npos) return false;
@@ -38,7 +38,7 @@ std::size_t TextCursor::count(std::string_view what) {
   if (found.find_first_not_of("0123456789") != std::string_view::npos) {
     fail(code::kMeshSyntax, fmt::format("expected {}, found '{}'", what, printable(found)));
   }
-  fail(code::kMeshTooLarge, fmt::format("{} of {} is beyond every limit", what, printable(found)));
+  fail(code::kMeshTooLarge, fmt::format("{} is {}, which exceeds every limit", what, printable(found)));
 }
 
 double TextCursor::odd_number(std::string_view what) {

@@ -8,14 +8,14 @@
 
 namespace crease {
 
-/// Walks over the lines and words of untrusted text. Lines end with LF, CR LF or CR and are counted from 1. Every
-/// fault is an Error with the place "line N": mesh_truncated where the text ended too early, mesh_syntax elsewhere.
+/// Reads untrusted text line by line and word by word. Lines end with LF, CR LF or CR and are counted from 1. Every
+/// fault is an Error with the place "line N": mesh_truncated if the text ends too early, otherwise mesh_syntax.
 class TextCursor {
  public:
-  /// What a text looks like beside words and line ends.
+  /// The syntax of a text apart from words and line ends.
   struct Style {
-    char comment = '\n';     ///< starts a comment that lasts to the end of the line; '\n' for none
-    bool backslash = false;  ///< a backslash at the end of a line continues the statement on the next
+    char comment = '\n';     ///< starts a comment to the end of the line; '\n' for none
+    bool backslash = false;  ///< a backslash at the end of a line joins it with the next
   };
 
   TextCursor(std::string_view text, Style style)
@@ -28,16 +28,16 @@ class TextCursor {
   std::size_t rest() const { return static_cast<std::size_t>(end_ - pos_); }
   bool at_end() const { return pos_ == end_; }
 
-  /// True when nothing but blanks and a comment is left of the line.
+  /// Skips blanks. Returns whether the rest of the line is empty or a comment.
   bool at_line_end() {
     skip_blanks();
     return pos_ == end_ || is_newline(*pos_) || *pos_ == style_.comment;
   }
 
-  /// To the start of the next line.
+  /// Moves to the start of the next line.
   void skip_line();
 
-  /// To the next word, over line ends and comments; false when there is none.
+  /// Moves to the next word, across line ends and comments. Returns false if there is none.
   bool skip_to_word() {
     while (at_line_end()) {
       if (pos_ == end_) return false;
@@ -46,7 +46,7 @@ class TextCursor {
     return true;
   }
 
-  /// The next word of the line; empty at its end.
+  /// Reads the next word of the line; empty at the end of the line.
   std::string_view word() {
     skip_blanks();
     const char* first = pos_;
@@ -54,22 +54,22 @@ class TextCursor {
     return {first, static_cast<std::size_t>(pos_ - first)};
   }
 
-  /// The next word of the line as a number. Infinities and NaN are passed on. `what` is named in the error.
+  /// Reads the next word of the line as a number, which may be infinite or NaN. Errors name it by `what`.
   double number(std::string_view what) {
     double value = 0;
     return parse(value) ? value : odd_number(what);
   }
 
-  /// The next word of the line as a whole number.
+  /// Reads the next word of the line as an integer.
   std::int64_t integer(std::string_view what) {
     std::int64_t value = 0;
     return parse(value) ? value : odd_integer(what);
   }
 
-  /// The next word of the line as a count, which must not be negative. \throw Error mesh_too_large beyond 64 bits
+  /// Reads the next word of the line as a count, 0 or more. \throw Error mesh_too_large beyond 64 bits
   std::size_t count(std::string_view what);
 
-  /// A whole number at the very position, without asking what follows it; false when there is none.
+  /// Reads an integer right here, whatever follows it. Returns false if there is none.
   bool leading_integer(std::int64_t& value) {
     const auto [last, error] = std::from_chars(pos_, end_, value);
     if (error != std::errc{}) return false;
@@ -77,7 +77,7 @@ class TextCursor {
     return true;
   }
 
-  /// Over the characters up to the end of the word; false at the first that is not `allowed`.
+  /// Skips the rest of the word. Stops and returns false at the first character that is not `allowed`.
   template <typename Allowed>
   bool skip_word_of(Allowed&& allowed) {
     for (; !ends_word(pos_); ++pos_) {
@@ -88,7 +88,7 @@ class TextCursor {
 
   std::string place() const { return "line " + std::to_string(line_); }
   [[noreturn]] void fail(std::string_view code, const std::string& detail) const;
-  /// mesh_truncated at the end of the text, mesh_syntax elsewhere.
+  /// Reports that `what` is missing: mesh_truncated at the end of the text, otherwise mesh_syntax.
   [[noreturn]] void fail_expected(std::string_view what) const;
 
  private:
@@ -97,7 +97,7 @@ class TextCursor {
 
   bool ends_word(const char* at) const {
     if (at == end_) return true;
-    if (*at > ' ' && *at != style_.comment && *at != '\\') return false;  // nearly always, hence first
+    if (*at > ' ' && *at != style_.comment && *at != '\\') return false;  // nearly always, so it comes first
     return is_blank(*at) || is_newline(*at) || *at == style_.comment || (*at == '\\' && continuation_length(at) != 0);
   }
 

@@ -23,7 +23,7 @@ std::string item(std::size_t index) { return fmt::format("weights[{}]", index); 
 
 std::string a_weight() { return fmt::format("a number from 0 to {}", kMaxWeight); }
 
-/// What stands around the byte where the JSON ends to be any, counted from 1.
+/// The text around the byte, counted from 1, where the JSON stops being valid.
 std::string_view word_at(std::string_view text, std::size_t byte) {
   constexpr std::string_view kEnds = "[], \t\r\n";
   const std::size_t at = std::min(byte, text.size());
@@ -32,7 +32,7 @@ std::string_view word_at(std::string_view text, std::size_t byte) {
   return rest.substr(0, rest.find_first_of(kEnds));
 }
 
-/// Takes the numbers of one flat array; refuses all else at its first sight.
+/// Collects the numbers of one flat array. Refuses anything else as soon as it appears.
 class WeightsReader final : public json::json_sax_t {
  public:
   WeightsReader(std::string_view text, std::size_t vertices) : text_(text), vertices_(vertices) {

@@ -13,7 +13,8 @@ std::uint64_t mixed(std::uint64_t bits) {
   return bits ^ (bits >> 32U);
 }
 
-/// Nobody outside can prepare positions that all fall into one slot. The result of welding does not depend on it.
+/// A random salt, so that no upload can be made whose positions all fall into one slot. The result of welding does not
+/// depend on it.
 std::uint64_t salt() {
   static const std::uint64_t value = (std::uint64_t{std::random_device{}()} << 32U) | std::random_device{}();
   return value;

@@ -6,11 +6,11 @@
 
 namespace crease {
 
-/// Finds vertices by exact position; 0 and −0 are the same. Positions must be finite.
+/// Finds vertices by their exact position; 0 and −0 are the same. Positions must be finite.
 class PositionIndex {
  public:
-  /// The vertex of `positions` that lies exactly at `position`; appended when there is none yet. All vertices of
-  /// `positions` must have come this way.
+  /// Returns the vertex of `positions` exactly at `position`, and appends it if there is none. All of `positions` must
+  /// have been added by this function.
   Index find_or_append(std::vector<Vec3>& positions, const Vec3& position);
 
  private:
@@ -19,9 +19,8 @@ class PositionIndex {
   std::vector<Index> slots_;
 };
 
-/// Makes one vertex of all that lie exactly at the same position; the first of them keeps its place in the order and
-/// its weight; `weights` are one per vertex, or none.
-/// \return the number of vertices that were removed
+/// Merges vertices at exactly the same position. The first of them keeps its place in the order and its weight.
+/// `weights` has one per vertex, or is empty. Returns the number of vertices that were removed.
 std::size_t weld_by_position(Mesh& mesh, std::vector<double>& weights);
 
 }  // namespace crease

@@ -15,7 +15,7 @@ struct Corner {
   Index next, previous;
 };
 
-/// One end of a face's edge at the vertex under consideration.
+/// An edge of a face, seen from the current vertex.
 struct Spoke {
   Index to;
   std::size_t corner;
@@ -50,7 +50,7 @@ class CornerRows {
   std::vector<std::size_t> places_;
 };
 
-/// For each vertex the other ends of its ridges, in ascending order.
+/// For each vertex, the other ends of its ridges in ascending order.
 IndexRows ridge_ends(const LabelledMesh& result) {
   IndexRows rows;
   rows.starts.assign(result.mesh.positions.size() + 1, 0);
@@ -72,11 +72,12 @@ IndexRows ridge_ends(const LabelledMesh& result) {
   return rows;
 }
 
-/// Joins corners into fans: union-find over spokes sorted by their far end, near linear in the valence of the vertex.
+/// Joins corners into fans by union-find over spokes, sorted by their far end. The time is nearly linear in the valence
+/// of the vertex.
 class FanFinder {
  public:
-  /// The fan of each corner, named by its first corner. `ridges` in ascending order. Where there are `segments` of the
-  /// faces, fans end between them too.
+  /// Returns the fan of each corner, named by its first corner. `ridges` are in ascending order. With `segments` of the
+  /// faces, fans end between segments too.
   const std::vector<std::size_t>& find(Index vertex, const std::vector<Corner>& corners, std::span<const Index> ridges,
                                        std::span<const Index> segments) {
     fans_.resize(corners.size());
@@ -123,7 +124,7 @@ std::vector<Vec3> area_vectors(const Mesh& mesh) {
   return vectors;
 }
 
-/// Where no face has an area any direction will do.
+/// The direction of `sum`, or up if no face has an area.
 Vec3 unit_or_up(const Vec3& sum) {
   const Vec3 unit = sum.stableNormalized();
   return unit.allFinite() && !unit.isZero(0.5) ? unit : Vec3::UnitZ();

@@ -6,17 +6,17 @@
 
 namespace crease {
 
-/// A mesh whose vertices are split where its normals are: what a renderer wants.
+/// A mesh for rendering: its vertices are split where its normals are.
 struct SplitMesh {
-  std::vector<Index> source;        ///< per vertex, the vertex of the mesh; the first ones are 0, 1, 2, …
+  std::vector<Index> source;        ///< per vertex, the original vertex; starts with 0, 1, 2, …
   std::vector<Vec3> normals;        ///< per vertex, of unit length
-  std::vector<Triangle> triangles;  ///< of the mesh, in order, over the split vertices
+  std::vector<Triangle> triangles;  ///< the triangles of the mesh, in order, over the split vertices
 };
 
-/// Around each vertex, the corners of its faces form fans that end at ridges (label ≥ kRidgeThreshold), boundaries,
-/// non-manifold edges, and edges across which the faces are not wound alike. Each fan has the area-weighted mean of
-/// its normals. The parts of a fan in different segments are told apart too, but have the same normal. The first part
-/// keeps the vertex, the others get copies, in the order of the vertices and their faces.
+/// Splits vertices. Around each vertex, the corners of its faces form fans that end at ridges (label ≥
+/// kRidgeThreshold), boundaries, non-manifold edges, and edges whose faces are wound differently. The normal of a fan
+/// is the area-weighted mean of the normals of its faces. A fan is also split between segments, but its parts have the
+/// same normal. The first part keeps the vertex; the others get copies, in the order of the vertices and their faces.
 SplitMesh split_along_ridges(const LabelledMesh& result);
 
 }  // namespace crease

@@ -12,7 +12,7 @@ std::array<float, 3> to_single(const Vec3& position, std::size_t vertex) {
   constexpr double kLargest = std::numeric_limits<float>::max();
   if (!(position.cwiseAbs().maxCoeff() <= kLargest)) {
     throw Error(code::kMeshUnsupported,
-                fmt::format("vertex {} at ({}, {}, {}) does not fit into the single precision of this format", vertex,
+                fmt::format("vertex {} at ({}, {}, {}) is out of range: this format has single precision", vertex,
                             position.x(), position.y(), position.z()),
                 fmt::format("vertex {}", vertex));
   }

@@ -26,7 +26,7 @@ inline void append_rounded(std::string& text, double value) {
   text.append(digits.data(), end);
 }
 
-/// Appends the bytes of a number, the lowest first.
+/// Appends the bytes of a number, the least significant first.
 template <typename Bytes, typename Number>
 void append_little_endian(Bytes& bytes, Number value) {
   auto raw = std::bit_cast<std::array<char, sizeof(Number)>>(value);
@@ -34,7 +34,7 @@ void append_little_endian(Bytes& bytes, Number value) {
   bytes.insert(bytes.end(), raw.begin(), raw.end());
 }
 
-/// A position in single precision. \throw Error mesh_unsupported, naming the vertex, when a coordinate does not fit
+/// Converts a position to single precision. \throw Error mesh_unsupported that names the vertex if it does not fit
 std::array<float, 3> to_single(const Vec3& position, std::size_t vertex);
 
 }  // namespace crease

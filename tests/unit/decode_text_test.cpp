@@ -171,7 +171,8 @@ TEST(DecodeStl, CornersAreWeldedByExactPositionInTheOrderOfTheFacets) {
     const std::vector<Vec3>& p = sample_mesh().positions;
     EXPECT_EQ(result.mesh.positions, (std::vector<Vec3>{p[0], p[2], p[1], p[3]}));
     EXPECT_EQ(result.mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {2, 1, 3}}));
-    EXPECT_EQ(warning(result, "stl_vertices_welded"), "9 facet corners were welded to 4 vertices by exact position");
+    EXPECT_EQ(warning(result, "stl_vertices_welded"),
+              "welded 9 facet corners with exactly equal positions to 4 vertices");
   }
 }
 
