@@ -12,6 +12,7 @@ class ContinuityTerm {
  public:
   static constexpr std::string_view kName = "continuity";
   static double weight(const MrfOptions& options) { return options.continuity_weight; }
+  static bool is_used(const MrfOptions& options) { return options.edge_process && weight(options) != 0; }
   explicit ContinuityTerm(const TermSetup&) {}
 
   double energy(const Field& field, ThreadTeam& team) const;

@@ -31,7 +31,11 @@ bool runs_along(const Triangle& face, const Edge& edge) {
 }  // namespace
 
 Field::Field(const Mesh& mesh, const Topology& mesh_topology)
-    : Surface(mesh, mesh_topology), normals(faces.size()), labels(topology.edges.size(), 0) {
+    : Surface(mesh, mesh_topology),
+      normals(faces.size()),
+      labels(topology.edges.size(), 0),
+      edges{std::vector<double>(labels.size(), 0), std::vector<double>(labels.size(), 0),
+            std::vector<Vec3>(labels.size(), Vec3::Zero())} {
   for (std::size_t f = 0; f < faces.size(); ++f) normals[f] = face_normal(f);
 }
 
@@ -48,28 +52,33 @@ void Field::update_normals(ThreadTeam& team) {
   });
 }
 
-void Field::update_edges(ThreadTeam& team) {
-  const std::size_t count = topology.edges.size();
-  edges.chord.assign(count, 0);
-  edges.angle.assign(count, 0);
-  edges.direction.resize(count);
-  team.run(count, kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
+void Field::update_edges(ThreadTeam& team, bool with_angles) {
+  team.run(labels.size(), kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t e = begin; e < end; ++e) {
+      const bool interior = topology.is_interior(e);
+      if (interior) {
+        const auto [f0, f1] = topology.edge_faces[e];
+        edges.chord[e] = static_cast<double>((normals[f0] - normals[f1]).squaredNorm());
+      }
+      if (!with_angles) continue;
       const Edge& edge = topology.edges[e];
       const Vec3 along = positions[edge.v1] - positions[edge.v0];
       const double length = along.norm();
       edges.direction[e] = length > 0 ? Vec3(along / length) : Vec3::Zero();
-      if (!topology.is_interior(e)) continue;
-      const auto [f0, f1] = topology.edge_faces[e];
-      const UnitNormal &n0 = normals[f0], &n1 = normals[f1];
-      edges.chord[e] = static_cast<double>((n0 - n1).squaredNorm());
-      if (n0.isZero(0) || n1.isZero(0)) continue;
-      const Vec3 turning = n0.head<3>().cross(n1.head<3>()).cast<double>();
-      const bool convex = (turning.dot(along) >= 0) == runs_along(faces[f0], edge);
-      const double angle = angle_of_chord(edges.chord[e]);
-      edges.angle[e] = convex ? angle : -angle;
+      if (interior) edges.angle[e] = signed_angle(e, along);
     }
   });
+}
+
+/// The angle of an interior edge that runs `along`; 0 at faces without area.
+double Field::signed_angle(std::size_t edge, const Vec3& along) const {
+  const auto [f0, f1] = topology.edge_faces[edge];
+  const UnitNormal &n0 = normals[f0], &n1 = normals[f1];
+  if (n0.isZero(0) || n1.isZero(0)) return 0;
+  const Vec3 turning = n0.head<3>().cross(n1.head<3>()).cast<double>();
+  const bool convex = (turning.dot(along) >= 0) == runs_along(faces[f0], topology.edges[edge]);
+  const double angle = angle_of_chord(edges.chord[edge]);
+  return convex ? angle : -angle;
 }
 
 }  // namespace crease

@@ -15,7 +15,7 @@ using UnitNormal = Eigen::Vector4f;
 /// branch. Far below the square of any area in units of the mean edge length.
 inline constexpr float kNoArea = 1e-30F;
 
-/// What the terms see of every edge, for the present positions and normals.
+/// What the terms see of every edge, for the present positions and normals; 0 before they are asked for.
 struct EdgeGeometry {
   std::vector<double> chord;    ///< ‖n_i − n_j‖²; 0 where the edge is not interior
   std::vector<double> angle;    ///< signed dihedral angle in radians, + convex; 0 at faces without area
@@ -32,8 +32,11 @@ struct Field : Surface {
 
   UnitNormal face_normal(std::size_t face) const;
   void update_normals(ThreadTeam& team);
-  /// Makes `edges` anew from positions and normals.
-  void update_edges(ThreadTeam& team);
+  /// Makes `edges` anew from positions and normals. Where nothing is labelled, nobody asks for angles and directions.
+  void update_edges(ThreadTeam& team, bool with_angles = true);
+
+ private:
+  double signed_angle(std::size_t edge, const Vec3& along) const;
 };
 
 }  // namespace crease

@@ -102,7 +102,8 @@ double EnergyGradient<Real>::edge_pass(const Weights& weights, ThreadTeam& team)
 
 /// ∂E/∂n of a face.
 template <typename Real>
-typename EnergyGradient<Real>::Vector EnergyGradient<Real>::by_normal(const Weights& weights, std::size_t face) const {
+CREASE_LANES_INLINE typename EnergyGradient<Real>::Vector EnergyGradient<Real>::by_normal(const Weights& weights,
+                                                                                          std::size_t face) const {
   const View normals = view(normals_);
   const Vector normal = normals(face);
   Vector gradient = Vector::Zero();

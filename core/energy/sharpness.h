@@ -12,6 +12,7 @@ class SharpnessTerm {
  public:
   static constexpr std::string_view kName = "sharpness";
   static double weight(const MrfOptions& options) { return options.sharpness_weight; }
+  static bool is_used(const MrfOptions& options) { return options.edge_process && weight(options) != 0; }
   explicit SharpnessTerm(const TermSetup& setup);
 
   double energy(const Field& field, ThreadTeam& team) const;

@@ -55,8 +55,9 @@ CREASE_LANES_INLINE auto with_shape(Smoothness shape, Body body) {
 }
 
 template <typename Number>
-Potential<Number> potential(Smoothness shape, Number square, float width) {
-  return with_shape(shape, [&]<Smoothness kShape>() { return potential<kShape>(square, width); });
+CREASE_LANES_INLINE Potential<Number> potential(Smoothness shape, Number square, float width) {
+  return with_shape(shape,
+                    [&]<Smoothness kShape>() [[gnu::always_inline]] { return potential<kShape>(square, width); });
 }
 
 /// Σ_e (1 − ε_e) ρ(n_i − n_j) over the interior edges: the prior that faces look the same way as their neighbours
@@ -76,7 +77,7 @@ class SmoothnessTerm {
   /// everywhere: half a degree.
   static constexpr float kRounding = 0.01F;
   template <typename Real>
-  Potential<Real> at(Index edge, Real chord) const {
+  CREASE_LANES_INLINE Potential<Real> at(Index edge, Real chord) const {
     const Real rounding = shape_ == Smoothness::kSquareRoot ? static_cast<Real>(kRounding * kRounding) : 0;
     const auto kept = static_cast<Real>(kept_[edge]);
     const Potential<Real> rho = potential(shape_, chord + rounding, width_);

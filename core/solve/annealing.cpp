@@ -28,7 +28,7 @@ Annealing::Annealing(const Mesh& measured, const Topology& topology, const MrfOp
 }
 
 void Annealing::positions_changed() {
-  field.update_edges(team);
+  field.update_edges(team, options.edge_process);
   terms.positions_changed(field, team);
 }
 
