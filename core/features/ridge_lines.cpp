@@ -44,7 +44,7 @@ class RidgeGraph {
   }
 
  private:
-  bool is_ridge(Index edge) const { return labels_[edge] >= kRidgeThreshold; }
+  bool is_ridge(Index edge) const { return crease::is_ridge(labels_[edge]); }
 
   /// Extends the chain from its last vertex to an end, or until no edge is left.
   void walk(Chain& chain) {

@@ -29,17 +29,11 @@ void expand_segments(const SegmentField& field, std::vector<Index>& segments);
 /// Gives each connected part of a segment its own number, in the order of their first faces. Returns their count.
 Index split_segments(const Topology& topology, std::vector<Index>& segments);
 
-/// The face on the other side of an interior edge.
-inline Index opposite_face(const Topology& topology, Index edge, Index face) {
-  const auto [f0, f1] = topology.edge_faces[edge];
-  return f0 == face ? f1 : f0;
-}
-
 /// Calls `visit(edge, neighbour)` for every interior edge of the face.
 template <typename Visit>
 void for_each_neighbour(const Topology& topology, Index face, Visit visit) {
   for (const Index edge : topology.face_edges[face]) {
-    if (edge != kNone && topology.is_interior(edge)) visit(edge, opposite_face(topology, edge, face));
+    if (const Index other = topology.face_across(face, edge); other != kNone) visit(edge, other);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/features/segment_moves.h"
+#include "core/mesh/face_vectors.h"
 
 namespace crease {
 namespace {
@@ -17,9 +18,7 @@ constexpr double kNegligible = 1e-9;
 std::vector<double> face_areas(const Mesh& mesh, const std::vector<Vec3>& positions) {
   std::vector<double> areas;
   areas.reserve(mesh.triangles.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    areas.push_back((positions[b] - positions[a]).cross(positions[c] - positions[a]).norm() / 2);
-  }
+  for (const Triangle& face : mesh.triangles) areas.push_back(area_vector(positions, face).norm() / 2);
   return areas;
 }
 
@@ -29,7 +28,7 @@ std::vector<std::uint32_t> count_rings(const Topology& topology, const std::vect
   std::vector<std::uint32_t> rings(topology.vertex_edges.size(), most);
   std::vector<Index> queue;
   for (Index e = 0; e < topology.edges.size(); ++e) {
-    if (labels[e] < kRidgeThreshold) continue;
+    if (!is_ridge(labels[e])) continue;
     for (const Index v : {topology.edges[e].v0, topology.edges[e].v1}) {
       if (rings[v] == 0) continue;
       rings[v] = 0;

@@ -42,7 +42,7 @@ class SegmentField {
   const Topology& topology() const { return topology_; }
   const SegmentOptions& options() const { return options_; }
   std::size_t face_count() const { return area_.size(); }
-  bool is_ridge(Index edge) const { return labels_[edge] >= kRidgeThreshold; }
+  bool is_ridge(Index edge) const { return crease::is_ridge(labels_[edge]); }
   /// The energy of a border along the edge minus the energy without one; negative where a border pays. 0 for edges that
   /// are not interior.
   double border_cost(Index edge) const { return border_cost_[edge]; }

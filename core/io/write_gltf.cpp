@@ -49,7 +49,7 @@ std::vector<float> vertex_segments(const LabelledMesh& result, const SplitMesh& 
 std::vector<Index> ridge_line_indices(const LabelledMesh& result) {
   std::vector<Index> indices;
   for (std::size_t edge = 0; edge < result.edges.size(); ++edge) {
-    if (result.labels[edge] < kRidgeThreshold) continue;
+    if (!is_ridge(result.labels[edge])) continue;
     indices.push_back(result.edges[edge].v0);
     indices.push_back(result.edges[edge].v1);
   }

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "core/mesh/face_vectors.h"
+
 namespace crease {
 namespace {
 
@@ -56,7 +58,7 @@ IndexRows ridge_ends(const LabelledMesh& result) {
   rows.starts.assign(result.mesh.positions.size() + 1, 0);
   const auto for_each_end = [&](auto visit) {
     for (std::size_t edge = 0; edge < result.edges.size(); ++edge) {
-      if (result.labels[edge] < kRidgeThreshold) continue;
+      if (!is_ridge(result.labels[edge])) continue;
       visit(result.edges[edge].v0, result.edges[edge].v1);
       visit(result.edges[edge].v1, result.edges[edge].v0);
     }
@@ -118,9 +120,7 @@ class FanFinder {
 std::vector<Vec3> area_vectors(const Mesh& mesh) {
   std::vector<Vec3> vectors;
   vectors.reserve(mesh.triangles.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    vectors.push_back((mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[c] - mesh.positions[a]));
-  }
+  for (const Triangle& face : mesh.triangles) vectors.push_back(area_vector(mesh.positions, face));
   return vectors;
 }
 

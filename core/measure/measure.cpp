@@ -96,7 +96,7 @@ LabelScore score_labels(const Mesh& reference, const Topology& topology, const s
   for (std::size_t edge = 0; edge < topology.edges.size(); ++edge) {
     if (!topology.is_interior(edge)) continue;
     const bool is_ridge = std::abs(angles[edge]) * kDegrees > kReferenceRidgeDeg;
-    const bool is_labelled = labels[edge] >= kRidgeThreshold;
+    const bool is_labelled = crease::is_ridge(labels[edge]);
     score.reference_ridges += is_ridge ? 1 : 0;
     score.labelled_ridges += is_labelled ? 1 : 0;
     agreed += is_ridge && is_labelled ? 1 : 0;

@@ -23,6 +23,7 @@ std::vector<Vec3> vertex_normals(const Mesh& mesh, const Topology& topology, dou
   std::vector<Vec3> normals(mesh.positions.size(), Vec3::Zero());
   for (std::size_t face = 0; face < mesh.triangles.size(); ++face) {
     const auto [a, b, c] = oriented(mesh, topology, face);
+    // Divided before the product, which would overflow for coordinates near the largest number.
     const Vec3 ab = (mesh.positions[b] - mesh.positions[a]) / length_unit;
     const Vec3 ac = (mesh.positions[c] - mesh.positions[a]) / length_unit;
     const Vec3 twice_area = ab.cross(ac);

@@ -89,6 +89,27 @@ std::string wall_of(const std::string& file) {
   return folder == room_of(file) ? std::string() : folder;
 }
 
+/// "io" of core/io/decode.h; empty for files that are in no room of core.
+std::string floor_of(const std::string& file) {
+  const fs::path path(file);
+  auto part = path.begin();
+  if (*part != "core" || std::distance(path.begin(), path.end()) < 3) return {};
+  return (++part)->string();
+}
+
+/// Where each type of ours is defined, by room and name.
+std::map<std::string, std::string> defined_types(const Graph& graph) {
+  static const std::regex definition(R"(^(?:class|struct|enum class) (\w+)[^;]*\{)");
+  std::map<std::string, std::string> types;
+  std::smatch match;
+  for (const auto& [file, targets] : graph) {
+    for (const std::string& line : lines_of(kRoot / file)) {
+      if (std::regex_search(line, match, definition)) types[room_of(file) + "/" + match[1].str()] = file;
+    }
+  }
+  return types;
+}
+
 std::vector<std::string> back_edges(const std::string& room, const std::set<std::string>& forbidden) {
   std::vector<std::string> found;
   for (const auto& [file, targets] : include_graph()) {
@@ -162,6 +183,46 @@ TEST(Rooms, ACircleOfIncludesWouldBeFound) {
 }
 
 TEST(Rooms, FilesDoNotIncludeInCircles) { EXPECT_THAT(find_circle(include_graph()), testing::IsEmpty()); }
+
+// A forward declaration leans on the file that defines the type, though it does not include it.
+TEST(Rooms, FilesDoNotLeanOnEachOtherInCircles) {
+  Graph graph = include_graph();
+  const auto types = defined_types(graph);
+  static const std::regex declaration(R"(^(?:class|struct|enum class) (\w+)(?: : \w+)?;)");
+  std::smatch match;
+  for (auto& [file, targets] : graph) {
+    for (const std::string& line : lines_of(kRoot / file)) {
+      if (!std::regex_search(line, match, declaration)) continue;
+      const auto defined = types.find(room_of(file) + "/" + match[1].str());
+      if (defined != types.end() && defined->second != file) targets.insert(defined->second);
+    }
+  }
+  EXPECT_THAT(find_circle(graph), testing::IsEmpty());
+}
+
+// What a room of core includes is what it links, so that a back-edge does not link and no link is left over.
+TEST(Rooms, RoomsOfCoreLinkWhatTheyInclude) {
+  Graph included, linked;
+  for (const auto& [file, targets] : include_graph()) {
+    const std::string from = floor_of(file);
+    if (from.empty()) continue;
+    included[from];
+    for (const std::string& target : targets) {
+      if (const std::string to = floor_of(target); !to.empty() && to != from) included[from].insert(to);
+    }
+  }
+  static const std::regex call(R"(add_core_room\((\w+)(?: DEPENDS((?: \w+)*?))?(?: LIBRARIES[^)]*)?\))");
+  for (const auto& [room, targets] : included) {
+    std::ifstream in(kRoot / "core" / room / "CMakeLists.txt");
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    std::smatch match;
+    ASSERT_TRUE(std::regex_search(text, match, call)) << "core/" << room << " is no target";
+    EXPECT_EQ(match[1], room);
+    std::istringstream names(match[2]);
+    for (std::string name; names >> name;) linked[room].insert(name);
+  }
+  for (const auto& [room, targets] : included) EXPECT_EQ(targets, linked[room]) << room;
+}
 
 TEST(Rooms, FoldersDoNotIncludeInCircles) {
   Graph walls;
