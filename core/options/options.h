@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <numbers>
 #include <string_view>
@@ -11,12 +13,18 @@ namespace crease {
 
 inline constexpr double kDegree = std::numbers::pi / 180;
 
+// The choices of the options, each with the words for its values in their order.
+
 enum class Smoothness {
   kQuadratic,   ///< ρ(x) = ‖x‖² [Szeliski & Tonnesen 1992]
   kSquareRoot,  ///< ρ(x) = ‖x‖ [Diebel et al. 2006]
   kHuber,       ///< ‖x‖² up to a width δ, then 2δ‖x‖ − δ² [Huber 1964]
   kTruncated,   ///< min(‖x‖², δ²) [Blake & Zisserman 1987]
 };
+
+constexpr std::array<std::string_view, 4> words_of(Smoothness) {
+  return {"quadratic", "square_root", "huber", "truncated"};
+}
 
 enum class LikelihoodKind {
   kQuadratic,    ///< ‖v⁰ − v‖²: isotropic Gaussian noise
@@ -25,8 +33,14 @@ enum class LikelihoodKind {
   kVolume,       ///< quadratic, and a neighbourhood must not sweep volume on the whole
 };
 
+constexpr std::array<std::string_view, 4> words_of(LikelihoodKind) {
+  return {"quadratic", "huber", "anisotropic", "volume"};
+}
+
 /// Which edges the edge process may label (§5, Fig. 5).
 enum class RidgeKind { kAll, kConvex, kConcave };
+
+constexpr std::array<std::string_view, 3> words_of(RidgeKind) { return {"all", "convex", "concave"}; }
 
 enum class Process {
   kVertex,  ///< positions are sampled (§3.2)
@@ -34,14 +48,18 @@ enum class Process {
   kBoth,    ///< face rounds, then vertex sweeps from where they end
 };
 
+constexpr std::array<std::string_view, 3> words_of(Process) { return {"vertex", "face", "both"}; }
+
 enum class Solver {
   kMetropolis,  ///< §3.5
   kMeanField,   ///< deterministic annealing
 };
 
+constexpr std::array<std::string_view, 2> words_of(Solver) { return {"metropolis", "mean_field"}; }
+
 // Each method has a struct of its own, with the options that it reads and their defaults. Lengths are in ℓ, the mean
 // edge length of the measured mesh, angles in radians, energies without unit. Ranges, meanings and the names that
-// users know are in core/options/parameters.cpp.
+// users know are in core/options/parameter_rows.cpp.
 
 /// Markov random fields: the method of the paper.
 struct MrfOptions {
@@ -155,10 +173,19 @@ using Method =
     std::variant<MrfOptions, FuzzyVectorMedianOptions, TaubinOptions, MeanCurvatureFlowOptions, AnisotropicFlowOptions,
                  NormalDiffusionOptions, NonIterativeOptions, BilateralOptions, DiebelOptions>;
 
+/// A method with its defaults, by its index in Method.
+Method default_method(std::size_t index);
+
 /// How to smooth.
 struct SmoothOptions {
   Method method;
   std::uint32_t threads = 0;  ///< 0: as many as the machine has; never changes the result
+};
+
+/// Everything that a job has parameters for.
+struct JobOptions {
+  SmoothOptions smooth;
+  double retention_hours = 24;  ///< that a service keeps the job after its end
 };
 
 }  // namespace crease
