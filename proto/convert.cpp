@@ -19,8 +19,8 @@ constexpr std::size_t kFingerprintDigits = 20;
 
 nlohmann::ordered_json result_parameters(const v1::Parameters& resolved) {
   nlohmann::ordered_json parameters = to_json(resolved);
-  for (const std::string& name : parameter_names()) {
-    if (!changes_result(name)) parameters.erase(name);
+  for (const Parameter& parameter : parameter_table()) {
+    if (!parameter.changes_result) parameters.erase(std::string(parameter.name));
   }
   return parameters;
 }
@@ -164,6 +164,13 @@ v1::Warning to_message(const Warning& warning) {
   message.set_code(warning.code);
   message.set_detail(warning.detail);
   return message;
+}
+
+void add_once(const v1::Warning& warning, google::protobuf::RepeatedPtrField<v1::Warning>& warnings) {
+  const bool known = std::ranges::any_of(warnings, [&](const v1::Warning& old) {
+    return old.code() == warning.code() && old.detail() == warning.detail();
+  });
+  if (!known) *warnings.Add() = warning;
 }
 
 v1::LabelledMesh to_message(const LabelledMesh& mesh) {

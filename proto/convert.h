@@ -22,6 +22,9 @@ v1::ResultFacts to_message(const ResultFacts& facts);
 v1::Warning to_message(const Warning& warning);
 v1::LabelledMesh to_message(const LabelledMesh& mesh);
 
+/// Adds a warning unless it is there already.
+void add_once(const v1::Warning& warning, google::protobuf::RepeatedPtrField<v1::Warning>& warnings);
+
 InputFacts from_message(const v1::InputFacts& message);
 ResultFacts from_message(const v1::ResultFacts& message);
 /// \throw Error internal when the sizes of the arrays or their indices do not match

@@ -1,33 +1,13 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
-#include <string>
 #include <string_view>
 #include <vector>
 
-#include "core/options/set_option.h"
+#include "core/options/parameters.h"
 #include "crease/v1/parameters.pb.h"
 
 namespace crease {
-
-enum class ParameterType { kBoolean, kInteger, kNumber, kString };
-
-/// One row of the table: a field of crease.v1.Parameters with its options.
-struct ParameterInfo {
-  std::string name;
-  ParameterType type = ParameterType::kNumber;
-  std::string unit;
-  double min = 0, max = 0;          ///< integers and numbers
-  std::vector<std::string> values;  ///< strings
-  std::string default_text;
-  std::string meaning;
-
-  std::string expected() const;  ///< "a number from 0 to 1000", "one of quadratic, square_root", …
-};
-
-/// Every parameter in the order of the schema.
-const std::vector<ParameterInfo>& parameter_table();
-std::vector<std::string> parameter_names();
 
 /// Sets one parameter from text, as in a query or after -p.
 /// \throw Error parameter_unknown, parameter_invalid, parameter_out_of_range
@@ -37,23 +17,26 @@ void set_parameter(v1::Parameters& parameters, std::string_view name, std::strin
 /// \throw Error as set_parameter; json_invalid is the caller's
 v1::Parameters parameters_from_json(const nlohmann::json& object);
 
-/// Refuses what a message from outside holds out of range, and fields that are not in the schema.
+/// Refuses values that are out of range in a message from outside, and fields that are not in the schema.
 /// \throw Error as set_parameter
 void validate(const v1::Parameters& parameters);
 
-/// Every field set: given values, defaults for the others, and `auto` and 0 threads replaced by what they stand for.
-v1::Parameters resolve(const v1::Parameters& parameters);
+/// The parameters that matter for the method and the choices of the given ones, each set: to the given value, or to
+/// the default. For each that was given and does not matter, a warning parameter_not_used is added to `warnings`.
+/// \throw Error parameter_out_of_range where the method does not take a value that others do
+v1::Parameters resolve(const v1::Parameters& given, std::vector<Warning>* warnings = nullptr);
 
-/// The options of core that resolved parameters stand for.
-SmoothOptions to_options(const v1::Parameters& resolved);
+/// The options that the parameters stand for.
+SmoothOptions to_options(const v1::Parameters& parameters);
 
-/// JSON Schema (2020-12) of the parameters, with unit and range, as GET /v1/parameters answers.
-nlohmann::ordered_json parameters_schema();
+/// Where the operator of a service has other defaults and maxima than the table: in the fields that are set.
+struct OperatorSettings {
+  v1::Parameters defaults, maxima;
+};
 
-/// Whether a parameter can change the result (threads cannot); the others go into the mesh file's extras.
-bool changes_result(std::string_view name);
-
-/// Whether a parameter is about the service's care for the job, not about smoothing: core has no such option.
-bool is_of_service(std::string_view name);
+/// JSON Schema (2020-12) of the parameters, as GET /v1/parameters returns it. Each has its type, range, default and
+/// meaning, and besides: x-group; x-unit; x-applies, the words of other parameters that it matters with, all of them
+/// together; x-defaults and x-ranges by method, where methods differ.
+nlohmann::ordered_json parameters_schema(const OperatorSettings& settings = {});
 
 }  // namespace crease

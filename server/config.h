@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/options/options.h"
 #include "server/access/gatekeeper.h"
 #include "server/store/store.h"
 #include "server/worker/worker.h"
@@ -57,7 +58,7 @@ struct ServeConfig {
   MeshLimits limits;
   JobConfig job;
   AccessConfig access;
-  double retention_hours = 24;  ///< default of the parameter retention_hours
+  double retention_hours = crease::JobOptions{}.retention_hours;  ///< default of the parameter retention_hours
   double max_retention_hours = 720;
   std::string host = "127.0.0.1";
   int port = 8080;

@@ -65,7 +65,8 @@ LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& for
   job.set_created_at(utc_now());
   job.set_started_at(job.created_at());
   job.set_attempt(1);
-  *job.mutable_parameters() = resolve(parameters);
+  std::vector<Warning> warnings;
+  *job.mutable_parameters() = resolve(parameters, &warnings);
 
   const Stopwatch stopwatch;
   const std::string bytes = read_file(mesh);
@@ -74,7 +75,8 @@ LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& for
   const CheckedInput input = check_input(bytes, input_format(mesh, format), {}, weights_json);
   *job.mutable_input() = input_facts(input, mesh, bytes);
   job.set_id(job_fingerprint(job.input(), job.parameters()));
-  for (const Warning& warning : input.warnings) *job.add_warnings() = to_message(warning);
+  warnings.insert(warnings.begin(), input.warnings.begin(), input.warnings.end());
+  for (const Warning& warning : warnings) *job.add_warnings() = to_message(warning);
   const double decode_seconds = stopwatch.seconds();
 
   RunContext context;

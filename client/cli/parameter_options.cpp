@@ -2,12 +2,38 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <set>
+#include <string_view>
 
 #include "core/error.h"
 #include "proto/parameter_table.h"
 
 namespace crease::client {
+namespace {
+
+/// What differs from method to method, one line each.
+std::string by_method(const Parameter& parameter) {
+  std::string lines;
+  for (const ParameterPlace& place : parameter.places) {
+    lines += fmt::format("      {}: {}, {}\n", method_names().at(*place.method),
+                         text_of(default_value(parameter, place)), range_text(place));
+  }
+  return lines;
+}
+
+std::string help_of(const Parameter& parameter) {
+  const auto common = parameter.common_default();
+  const std::string where = text_of(conditions_of(parameter));
+  std::string help =
+      fmt::format("  {}{}    {}{}{}\n      {}\n", parameter.name, common ? "=" + text_of(*common) : "",
+                  parameter.expected(), parameter.unit.empty() ? "" : fmt::format(", in {}", parameter.unit),
+                  where.empty() ? "" : fmt::format("; with {}", where), parameter.meaning);
+  if (!common || !parameter.has_common_range()) help += by_method(parameter);
+  return help;
+}
+
+}  // namespace
 
 v1::Parameters ParameterOptions::read() const {
   std::vector<std::string> all = assignments;
@@ -40,11 +66,15 @@ void add_parameter_options(CLI::App& command, ParameterOptions& options) {
 }
 
 std::string parameter_help() {
-  std::string help = "Parameters (-p name=value), with their defaults:\n";
-  for (const ParameterInfo& info : parameter_table()) {
-    help += fmt::format("  {}={}    {}{}\n      {}\n", info.name, info.default_text, info.expected(),
-                        info.unit.empty() ? "" : ", in " + info.unit, info.meaning);
+  std::map<std::string_view, std::string> texts;
+  std::vector<std::string_view> groups;
+  for (const Parameter& parameter : parameter_table()) {
+    std::string& text = texts[parameter.group];
+    if (text.empty()) groups.push_back(parameter.group);
+    text += help_of(parameter);
   }
+  std::string help = "Parameters (-p name=value), with their defaults:\n";
+  for (const std::string_view group : groups) help += fmt::format("\n{}:\n{}", group, texts[group]);
   return help;
 }
 

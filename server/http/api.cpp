@@ -61,15 +61,16 @@ Api::Api(const Services& services)
       {"get_labels", [this](Call& call) { downloads_.get_labels(call); }},
       {"get_ridges", [this](Call& call) { downloads_.get_ridges(call); }},
       {"get_report", [this](Call& call) { downloads_.get_report(call); }},
-      {"get_parameters", [](Call& call) { answer_json(call, crease::parameters_schema(), "application/schema+json"); }},
+      {"get_parameters", [schema = crease::parameters_schema(services.parameters)](
+                             Call& call) { answer_json(call, schema, "application/schema+json"); }},
       {"get_health",
        [](Call& call) {
          answer_json(call, {{"status", "ok"}, {"version", CREASE_VERSION}});
        }},
       {"get_readiness", [this](Call& call) { get_readiness(call); }},
       {"get_metrics", [this](Call& call) { get_metrics(call); }},
-      {"get_openapi",
-       [](Call& call) { answer_json(call, openapi_document(), "application/vnd.oai.openapi+json;version=3.1"); }},
+      {"get_openapi", [document = openapi_document(services.parameters)](
+                          Call& call) { answer_json(call, document, "application/vnd.oai.openapi+json;version=3.1"); }},
   };
   for (const auto& route : routes()) {
     if (handlers_.count(route.operation) == 0) throw std::logic_error("no handler for " + route.operation);

@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 
+#include "proto/parameter_table.h"
 #include "server/access/gatekeeper.h"
 #include "server/http/cors.h"
 #include "server/http/guarded_server.h"
@@ -26,7 +27,7 @@ struct Services {
   const std::atomic<bool>& shutting_down;
   CorsPolicy cors;
   std::size_t max_streams = 0;
-  double retention_hours = 0, max_retention_hours = 0;
+  crease::OperatorSettings parameters;
 };
 
 /// One request, as a handler sees it.

@@ -120,12 +120,11 @@ Json ridges_schema() {
            {{"ridges", {{"type", "array"}, {"items", line}}}, {"count", {{"type", "integer"}}}, {"corners", indices}}}};
 }
 
-Json component_schemas() {
+Json component_schemas(Json parameters) {
   Json schemas = Json::object();
-  Json parameters = crease::parameters_schema();
   parameters.erase("$schema");
   parameters.erase("$id");
-  schemas["Parameters"] = parameters;
+  schemas["Parameters"] = std::move(parameters);
   schemas["EdgeLabels"] = labels_schema();
   schemas["RidgeLines"] = ridges_schema();
   schemas["Problem"] = problem_schema();
@@ -152,7 +151,7 @@ Json header_parameter(const std::string& name, const std::string& meaning) {
   return {{"name", name}, {"in", "header"}, {"description", meaning}, {"schema", {{"type", "string"}}}};
 }
 
-Json operation_parameters(const Route& route) {
+Json operation_parameters(const Route& route, const Json& of_jobs) {
   Json all = Json::array();
   if (route.path.find("{id}") != std::string::npos) {
     all.push_back({{"name", "id"}, {"in", "path"}, {"required", true}, {"schema", {{"type", "string"}}}});
@@ -166,9 +165,8 @@ Json operation_parameters(const Route& route) {
   if (!route.takes_parameters()) return all;
   all.push_back(header_parameter("Prefer", "wait=N delays the answer until the job ends, at most N seconds."));
   all.push_back(header_parameter("Idempotency-Key", "1 to 255 visible ASCII characters; makes a retry safe."));
-  const Json schema = crease::parameters_schema();
-  for (const auto& info : crease::parameter_table()) {
-    all.push_back(query_parameter(info.name, info.meaning, schema["properties"][info.name]));
+  for (const auto& [name, schema] : of_jobs.at("properties").items()) {
+    all.push_back(query_parameter(name, schema.at("description"), schema));
   }
   return all;
 }
@@ -251,9 +249,10 @@ Json security(const Route& route) {
   return Json::array({key, nothing});
 }
 
-Json operation(const Route& route) {
-  Json one = {
-      {"operationId", route.operation}, {"summary", route.summary}, {"parameters", operation_parameters(route)}};
+Json operation(const Route& route, const Json& parameters) {
+  Json one = {{"operationId", route.operation},
+              {"summary", route.summary},
+              {"parameters", operation_parameters(route, parameters)}};
   one["security"] = security(route);
   if (route.takes_parameters()) one["requestBody"] = submit_body();
   for (const auto& answer : route.answers) one["responses"][std::to_string(answer.status)] = success(route, answer);
@@ -261,27 +260,24 @@ Json operation(const Route& route) {
   return one;
 }
 
-Json make_document() {
+}  // namespace
+
+nlohmann::ordered_json openapi_document(const crease::OperatorSettings& settings) {
+  const Json parameters = crease::parameters_schema(settings);
   Json document = {{"openapi", "3.1.0"},
                    {"info",
                     {{"title", "creased"},
                      {"version", CREASE_VERSION},
                      {"summary", "Removes noise from triangle meshes, keeps their ridges, and labels them."}}},
                    {"servers", {{{"url", "/"}}}}};
-  for (const auto& route : routes()) document["paths"][route.path][crease::lower(route.method)] = operation(route);
-  document["components"]["schemas"] = component_schemas();
+  for (const auto& route : routes())
+    document["paths"][route.path][crease::lower(route.method)] = operation(route, parameters);
+  document["components"]["schemas"] = component_schemas(parameters);
   document["components"]["securitySchemes"]["key"] = {
       {"type", "http"},
       {"scheme", "bearer"},
       {"description",
        "A key made by `creased key`, needed when the service has keys. A key cannot see the jobs of other keys."}};
-  return document;
-}
-
-}  // namespace
-
-const nlohmann::ordered_json& openapi_document() {
-  static const Json document = make_document();
   return document;
 }
 

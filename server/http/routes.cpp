@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "proto/parameter_table.h"
+#include "core/options/parameters.h"
 #include "proto/result_formats.h"
 
 namespace creased {

@@ -75,6 +75,13 @@ sigset_t awaited_signals() {
   return signals;
 }
 
+crease::OperatorSettings parameter_settings(const ServeConfig& config) {
+  crease::OperatorSettings settings;
+  settings.defaults.set_retention_hours(config.retention_hours);
+  settings.maxima.set_retention_hours(config.max_retention_hours);
+  return settings;
+}
+
 /// The running service: server, job watcher and workers. run() ends them in an order that loses nothing.
 class Service {
  public:
@@ -84,7 +91,7 @@ class Service {
         inspector_(inspector_options(config, executable)),
         watcher_(*store_, kPoll, [this](const crease::v1::Job& job) { metrics_.count_state(job); }),
         api_({*store_, inspector_, watcher_, metrics_, gate_, shutting_down_, CorsPolicy(config.access.cors_origins),
-              config.max_streams, config.retention_hours, config.max_retention_hours}),
+              config.max_streams, parameter_settings(config)}),
         housekeeper_(*store_, kHousekeeping,
                      [this](const std::string& id) {
                        watcher_.refresh(id);

@@ -50,11 +50,12 @@ std::string idempotency_key(const RequestHead& head) {
 
 /// The parameters with the time to keep the job: its own, or else the service's default.
 crease::v1::Parameters with_retention(crease::v1::Parameters parameters, const Services& services) {
-  if (!parameters.has_retention_hours()) parameters.set_retention_hours(services.retention_hours);
-  if (parameters.retention_hours() > services.max_retention_hours) {
+  const auto& [defaults, maxima] = services.parameters;
+  if (!parameters.has_retention_hours()) parameters.set_retention_hours(defaults.retention_hours());
+  if (parameters.retention_hours() > maxima.retention_hours()) {
     throw Error::parameter(crease::code::kParameterOutOfRange, "retention_hours",
                            fmt::format("{}", parameters.retention_hours()),
-                           fmt::format("a number from 0 to {}", services.max_retention_hours));
+                           fmt::format("a number from 0 to {}", maxima.retention_hours()));
   }
   return parameters;
 }
@@ -85,8 +86,10 @@ NewJob inspected(Services& services, const Caller& caller, const Submission& sub
   job.input.set_name(name);
   job.input.set_bytes(static_cast<std::uint32_t>(submission.mesh->bytes()));
   job.input.set_sha256(submission.mesh->sha256());
-  job.parameters = crease::resolve(with_retention(submission.parameters, services));
+  std::vector<crease::Warning> not_used;
+  job.parameters = crease::resolve(with_retention(submission.parameters, services), &not_used);
   job.warnings = inspection.warnings;
+  for (const crease::Warning& warning : not_used) job.warnings.push_back(crease::to_message(warning));
   job.fingerprint = id_for(job.owner, crease::job_fingerprint(job.input, job.parameters));
   job.request_digest = crease::sha256_hex(job.input.sha256() + "\n" + job.input.format() + "\n" +
                                           job.input.weights_sha256() + "\n" + crease::to_json(job.parameters).dump());
@@ -130,6 +133,8 @@ void submit_job(Services& services, Call& call) {
   }
   call.response.status = wait && is_terminal(job.state()) ? 200 : 202;
   call.response.set_header("Location", "/v1/jobs/" + job.id());
+  // An earlier job with the same result does not know which parameters this request gave in vain.
+  for (const auto& warning : new_job.warnings) crease::add_once(warning, *job.mutable_warnings());
   call.response.set_content(job_json(job), "application/json");
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "proto/convert.h"
 #include "proto/error_table.h"
 #include "server/store/failure.h"
 #include "server/store/job_row.h"
@@ -163,17 +164,6 @@ v1::Progress finished_progress(v1::Progress progress) {
   return progress;
 }
 
-bool same_warning(const v1::Warning& a, const v1::Warning& b) {
-  return a.code() == b.code() && a.detail() == b.detail();
-}
-
-void add_warnings(v1::Job& job, const std::vector<v1::Warning>& more) {
-  for (const auto& warning : more) {
-    const bool known = std::ranges::any_of(job.warnings(), [&](const auto& old) { return same_warning(old, warning); });
-    if (!known) *job.add_warnings() = warning;
-  }
-}
-
 }  // namespace
 
 std::optional<Claim> SqliteStore::claim(std::string_view owner, std::chrono::milliseconds lease) {
@@ -242,7 +232,7 @@ bool SqliteStore::succeed(const Claim& claim, const v1::ResultFacts& result, con
     Writer::Transaction transaction(durable_writer_);
     auto job = held_job(*transaction, claim);
     if (!job) return false;
-    add_warnings(*job, warnings);
+    for (const auto& warning : warnings) crease::add_once(warning, *job->mutable_warnings());
     const std::string all_warnings = warnings_bytes(job->warnings()), result_bytes = result.SerializeAsString(),
                       progress = finished_progress(job->progress()).SerializeAsString();
     count_change(*transaction);

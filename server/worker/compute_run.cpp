@@ -240,7 +240,8 @@ class JobComputation {
     *report.mutable_timings() = timings_;
     report.mutable_timings()->set_queued_seconds(task_.queued_seconds());
     for (const auto& sweep : output_of_job.sweeps) *report.add_sweeps() = crease::to_message(sweep);
-    *report.mutable_warnings() = {warnings_.begin(), warnings_.end()};
+    *report.mutable_warnings() = task_.job().warnings();
+    for (const auto& warning : warnings_) crease::add_once(warning, *report.mutable_warnings());
     write_message(output(v1::RUN_FILE_REPORT).get(), report);
     send_complete(v1::RUN_FILE_REPORT);
   }

@@ -53,6 +53,13 @@ creased::Gatekeeper::Options open_gate() {
   return options;
 }
 
+OperatorSettings settings() {
+  OperatorSettings settings;
+  settings.defaults.set_retention_hours(24);
+  settings.maxima.set_retention_hours(720);
+  return settings;
+}
+
 class Service {
  public:
   Service()
@@ -68,8 +75,7 @@ class Service {
               .shutting_down = shutting_down_,
               .cors = creased::CorsPolicy({"https://app.example"}),
               .max_streams = 4,
-              .retention_hours = 24,
-              .max_retention_hours = 720}),
+              .parameters = settings()}),
         server_(server_options(), hooks()) {
     api_.attach(server_);
     server_.bind("127.0.0.1", 0);  // never used, but the library considers a server without a socket stopped

@@ -15,11 +15,11 @@ constexpr DecodeLimits kLimits{100, 200};
 
 /// Parameters that cause little work, so that each input runs fast.
 v1::Parameters of_little_work(v1::Parameters parameters) {
-  parameters.set_sweeps(std::min(parameters.sweeps(), 4U));
-  parameters.set_rounds(std::min(parameters.rounds(), 2U));
-  parameters.set_fit_steps(std::min(parameters.fit_steps(), 3U));
-  parameters.set_iterations(parameters.iterations() % 4);
-  parameters.set_fitting_steps(parameters.fitting_steps() % 4);
+  if (parameters.has_sweeps()) parameters.set_sweeps(std::min(parameters.sweeps(), 4U));
+  if (parameters.has_rounds()) parameters.set_rounds(std::min(parameters.rounds(), 2U));
+  if (parameters.has_fit_steps()) parameters.set_fit_steps(std::min(parameters.fit_steps(), 3U));
+  if (parameters.has_iterations()) parameters.set_iterations(std::min(parameters.iterations(), 3U));
+  if (parameters.has_fitting_steps()) parameters.set_fitting_steps(std::min(parameters.fitting_steps(), 3U));
   parameters.set_threads(1);
   return parameters;
 }

@@ -326,15 +326,38 @@ TEST_F(CommandLine, NoiseIsRepeatableAndMeasured) {
   EXPECT_EQ(noisy["labels"]["reference_ridges"], 48);
 }
 
-TEST_F(CommandLine, HelpListsEveryParameterAndExitCode) {
-  const std::string smooth = crease({"smooth", "--help"}).output;
-  for (const ParameterInfo& info : parameter_table()) {
-    EXPECT_THAT(smooth, HasSubstr(info.name + "=" + info.default_text));
-    EXPECT_THAT(smooth, HasSubstr(info.meaning));
-    EXPECT_THAT(smooth, HasSubstr(info.expected()));
+TEST_F(CommandLine, WarnsOfAParameterThatIsNotUsed) {
+  for (const std::vector<std::string>& where : {std::vector<std::string>{"--local"}, {"--server", url()}}) {
+    std::vector<std::string> arguments = {"smooth",   path("noisy.obj"),   "-o",    path("out.obj"),
+                                          "--report", path("report.json"), "-p",    "method=taubin",
+                                          "-p",       "sweeps=4",          "--json"};
+    arguments.insert(arguments.end(), where.begin(), where.end());
+    const Finished finished = crease(arguments);
+    ASSERT_EQ(finished.exit_code, 0) << finished.errors;
+    EXPECT_THAT(finished.errors, HasSubstr("parameter 'sweeps' is '4' and is not used"));
+    const json job = json::parse(finished.output)["job"];
+    EXPECT_EQ(job["warnings"][0]["code"], "parameter_not_used");
+    EXPECT_EQ(job["parameters"]["flow_step"], 0.6307);
+    EXPECT_FALSE(job["parameters"].contains("sweeps"));
+    EXPECT_EQ(json::parse(bytes("report.json"))["warnings"], job["warnings"]);
   }
+}
+
+TEST_F(CommandLine, HelpListsParametersByGroupWithDefaultsAndWhereTheyMatter) {
+  const std::string smooth = crease({"smooth", "--help"}).output;
+  for (const Parameter& parameter : parameter_table()) EXPECT_THAT(smooth, HasSubstr(parameter.meaning));
+  EXPECT_THAT(smooth, HasSubstr("\nFace process:\n  rounds=10    a whole number from 1 to 100, in rounds; with "
+                                "method=mrf, process=face or both\n"));
+  EXPECT_THAT(smooth, HasSubstr("\n      taubin: 0.6307, a number from 0.0001 to 0.65\n"));
   EXPECT_THAT(crease({"--help"}).output, HasSubstr("Exit codes"));
-  EXPECT_EQ(json::parse(crease({"parameters", "--json"}).output), json::parse(call("GET", "/v1/parameters").body));
+}
+
+TEST_F(CommandLine, ListsTheParametersAsTheServiceDoes) {
+  json local = json::parse(crease({"parameters", "--json"}).output);
+  json& retention = local["properties"]["retention_hours"];
+  EXPECT_EQ(retention["maximum"], 8760.0);
+  retention["maximum"] = 720.0;  // of the service, where --max-retention-hours says no other
+  EXPECT_EQ(local, json::parse(call("GET", "/v1/parameters").body));
 }
 
 }  // namespace

@@ -300,10 +300,15 @@ TEST_F(Durability, AJobOverItsTimeFailsAndSaysSo) {
 }
 
 TEST_F(Durability, ResultsExpireAndDeletionLeavesNoByte) {
-  start({"--retention-hours", "24", "--max-retention-hours", "100"});
+  start({"--retention-hours", "12", "--max-retention-hours", "100"});
   const auto soon = server().submit(small_obj(), kQuick + "&retention_hours=0");
   const auto later = server().submit(small_obj(), kQuick);
-  EXPECT_EQ(later["parameters"]["retention_hours"], 24);
+  EXPECT_EQ(later["parameters"]["retention_hours"], 12);
+  const auto schema = server().get("/v1/parameters").json()["properties"]["retention_hours"];
+  EXPECT_EQ(schema["default"], 12);
+  EXPECT_EQ(schema["maximum"], 100);
+  const auto document = server().get("/openapi.json").json();
+  EXPECT_EQ(document["components"]["schemas"]["Parameters"]["properties"]["retention_hours"], schema);
   const auto ended = server().wait_for_end(id_of(later));
   EXPECT_EQ(ended["expires_at"].get<std::string>().size(), 24U);
   EXPECT_TRUE(eventually([&] { return server().get("/v1/jobs/" + id_of(soon)).code() == "job_not_found"; }));

@@ -58,7 +58,7 @@ TEST_F(OpenApi, ListsEveryParameterAndEveryErrorCode) {
   const auto whole = document();
   std::set<std::string> query, codes;
   for (const auto& parameter : whole["paths"]["/v1/jobs"]["post"]["parameters"]) query.insert(parameter["name"]);
-  for (const auto& info : parameter_table()) EXPECT_EQ(query.count(info.name), 1U) << info.name;
+  for (const auto& parameter : parameter_table()) EXPECT_EQ(query.count(std::string(parameter.name)), 1U);
   for (const auto& code : whole["components"]["schemas"]["Problem"]["properties"]["code"]["enum"]) codes.insert(code);
   for (const auto& kind : error_table()) EXPECT_EQ(codes.count(std::string(kind.code)), 1U) << kind.code;
 }

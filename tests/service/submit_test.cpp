@@ -46,6 +46,39 @@ TEST_F(Submit, TakesRawMultipartAndProtobufToTheSameResult) {
   }
 }
 
+TEST_F(Submit, WarnsOfAParameterThatIsNotUsedInEveryForm) {
+  v1::SubmitJobRequest message;
+  message.ParseFromString(protobuf(small_obj(), 3));
+  message.mutable_parameters()->set_diebel_weight(5);
+  const std::string expected = "parameter 'diebel_weight' is '5' and is not used: it matters only with method=diebel";
+  const Headers obj = {{"Content-Type", "model/obj"}}, binary = {{"Content-Type", "application/x-protobuf"}};
+  const auto raw = call("POST", "/v1/jobs?sweeps=3&diebel_weight=5&name=cube.obj", obj, small_obj());
+  const auto form = post_form(port(), "/v1/jobs?seed=90",
+                              {{"mesh", small_obj(), "cube.obj", ""},
+                               {"parameters", R"({"sweeps": 3, "diebel_weight": 5})", "", "application/json"}});
+  const auto protobuf_job = call("POST", "/v1/jobs", binary, message.SerializeAsString());
+  for (const auto* response : {&raw, &form, &protobuf_job}) {
+    const auto job = response->json();
+    ASSERT_EQ(job["warnings"].size(), 1U) << job;
+    EXPECT_EQ(job["warnings"][0]["code"], "parameter_not_used");
+    EXPECT_EQ(job["warnings"][0]["detail"], expected);
+    EXPECT_FALSE(job["parameters"].contains("diebel_weight"));
+  }
+  const std::string id = form.json()["id"];
+  EXPECT_EQ(server().wait_for_end(id)["warnings"][0]["detail"], expected);
+  EXPECT_EQ(call("GET", "/v1/jobs/" + id + "/report").json()["warnings"][0]["detail"], expected);
+}
+
+TEST_F(Submit, ARepeatedRequestIsWarnedThoughItsJobIsThere) {
+  const Headers headers = {{"Content-Type", "model/obj"}, {"Idempotency-Key", "in-vain"}};
+  const auto first = call("POST", "/v1/jobs?sweeps=3&seed=91", headers, small_obj()).json();
+  EXPECT_TRUE(first["warnings"].empty());
+  const auto again = call("POST", "/v1/jobs?sweeps=3&seed=91&passband=0.2", headers, small_obj()).json();
+  EXPECT_EQ(again["id"], first["id"]);
+  ASSERT_EQ(again["warnings"].size(), 1U);
+  EXPECT_EQ(again["warnings"][0]["code"], "parameter_not_used");
+}
+
 TEST_F(Submit, GuessesTheFormatFromNameThenBytes) {
   const std::string off = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
   const Headers plain = {{"Content-Type", "application/octet-stream"}};

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "proto/convert.h"
 
 namespace crease {
 namespace {
@@ -30,83 +31,41 @@ std::string code_of(std::string_view name, std::string_view text) {
   return std::string(error_of([&] { set_parameter(parameters, name, text); }).code());
 }
 
-const ParameterInfo& info(std::string_view name) {
-  for (const ParameterInfo& row : parameter_table()) {
-    if (row.name == name) return row;
-  }
-  throw std::out_of_range(std::string(name));
-}
-
 /// A property of the schema as text that set_parameter takes.
-std::string text_of(const nlohmann::ordered_json& value) {
+std::string text_of_json(const nlohmann::ordered_json& value) {
   return value.is_string() ? value.get<std::string>() : value.dump();
 }
 
-TEST(ParameterTable, HasARowForEveryFieldOfTheSchema) {
-  const auto* descriptor = v1::Parameters::descriptor();
-  ASSERT_EQ(parameter_table().size(), static_cast<std::size_t>(descriptor->field_count()));
-  for (const ParameterInfo& row : parameter_table()) {
-    EXPECT_NE(descriptor->FindFieldByName(row.name), nullptr);
-    EXPECT_TRUE(descriptor->FindFieldByName(row.name)->has_presence()) << row.name;
-    EXPECT_FALSE(row.meaning.empty()) << row.name;
-    EXPECT_FALSE(row.default_text.empty()) << row.name;
-    const bool number = row.type == ParameterType::kInteger || row.type == ParameterType::kNumber;
-    EXPECT_EQ(number, row.min < row.max) << row.name;
-    EXPECT_EQ(row.type == ParameterType::kString, !row.values.empty()) << row.name;
-  }
+bool is_number(const Parameter& parameter) {
+  return parameter.type() == ParameterType::kInteger || parameter.type() == ParameterType::kNumber;
 }
 
-TEST(ParameterTable, DefaultsAreThoseOfCore) {
-  v1::Parameters parameters;
-  parameters.set_threads(SmoothOptions{}.threads);
-  v1::Parameters resolved = resolve(parameters);
-  resolved.set_threads(0);  // 0 resolves to what the machine has
-  const auto of_schema = option_values(to_options(resolved));
-  const auto of_core = option_values(SmoothOptions{});
-  ASSERT_EQ(of_schema.size(), of_core.size());
-  for (std::size_t i = 0; i < of_core.size(); ++i) {
-    EXPECT_EQ(of_schema[i].first, of_core[i].first);
-    const auto* number = std::get_if<double>(&of_core[i].second);
-    if (number != nullptr) {
-      EXPECT_DOUBLE_EQ(std::get<double>(of_schema[i].second), *number) << of_core[i].first;
-    } else {
-      EXPECT_EQ(of_schema[i].second, of_core[i].second) << of_core[i].first;
-    }
-  }
-}
-
-TEST(ParameterTable, EveryOptionOfCoreIsAParameterAndBack) {
-  std::set<std::string> options;
-  for (const std::string& word : info("method").values) {
-    SmoothOptions of_method;
-    set_option(of_method, "method", word);
-    for (const auto& [name, value] : option_values(of_method)) options.insert(name);
-  }
-  for (const std::string& name : parameter_names()) {
-    if (is_of_service(name)) options.insert(name);
-  }
-  EXPECT_THAT(parameter_names(), testing::UnorderedElementsAreArray(options));
+v1::Parameters parameters_of(const std::vector<std::pair<std::string, std::string>>& assignments) {
+  v1::Parameters given;
+  for (const auto& [name, value] : assignments) set_parameter(given, name, value);
+  return given;
 }
 
 TEST(SetParameter, TakesTheEndsOfEachRangeAndNothingBeyond) {
-  for (const ParameterInfo& row : parameter_table()) {
-    if (row.type != ParameterType::kInteger && row.type != ParameterType::kNumber) continue;
+  for (const Parameter& row : parameter_table()) {
+    if (!is_number(row)) continue;
     v1::Parameters parameters;
-    for (const double end : {row.min, row.max}) {
+    for (const double end : {row.min(), row.max()}) {
       EXPECT_NO_THROW(set_parameter(parameters, row.name, fmt::format("{}", end))) << row.name;
     }
-    const bool whole = row.type == ParameterType::kInteger;
-    EXPECT_EQ(code_of(row.name, fmt::format("{}", whole ? row.min - 1 : row.min - 1e-3)), code::kParameterOutOfRange);
-    EXPECT_EQ(code_of(row.name, fmt::format("{}", row.max + 1)), code::kParameterOutOfRange);
-    EXPECT_EQ(code_of(row.name, fmt::format("{}9", row.max)), code::kParameterOutOfRange);
+    const bool whole = row.type() == ParameterType::kInteger;
+    const double below = row.min() - (whole ? 1 : 1e-3);
+    EXPECT_EQ(code_of(row.name, fmt::format("{}", below)), code::kParameterOutOfRange) << row.name;
+    EXPECT_EQ(code_of(row.name, fmt::format("{}", row.max() + 1)), code::kParameterOutOfRange);
+    EXPECT_EQ(code_of(row.name, fmt::format("{}9", row.max())), code::kParameterOutOfRange);
   }
 }
 
 TEST(SetParameter, TakesOnlyTheWordsOfTheTable) {
-  for (const ParameterInfo& row : parameter_table()) {
-    if (row.type != ParameterType::kString) continue;
+  for (const Parameter& row : parameter_table()) {
+    if (row.type() != ParameterType::kWord) continue;
     v1::Parameters parameters;
-    for (const std::string& word : row.values) EXPECT_NO_THROW(set_parameter(parameters, row.name, word));
+    for (const std::string_view word : row.words()) EXPECT_NO_THROW(set_parameter(parameters, row.name, word));
     for (const std::string text : {"", "Quadratic", "quadratic ", "1"}) {
       EXPECT_EQ(code_of(row.name, text), code::kParameterInvalid) << row.name << " = " << text;
     }
@@ -201,75 +160,133 @@ TEST(Validate, RefusesWhatAMessageHoldsOutOfRange) {
   EXPECT_EQ(error_of([&] { validate(unknown); }).code(), code::kParameterUnknown);
 }
 
-TEST(Resolve, RefusesAStepThatTaubinsFilterCannotTake) {
-  v1::Parameters given;
-  given.set_flow_step(0.66);
-  EXPECT_NO_THROW(resolve(given));  // another method's step
+TEST(Resolve, RefusesWhatOnlyOtherMethodsTake) {
+  v1::Parameters given = parameters_of({{"flow_step", "0.66"}});
+  EXPECT_NO_THROW(resolve(given)) << "not used";
+  given.set_method("mean_curvature_flow");
+  EXPECT_NO_THROW(resolve(given));
   given.set_method("taubin");
-  try {
-    resolve(given);
-    FAIL() << "not refused";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), code::kParameterOutOfRange);
-    EXPECT_NE(error.detail().find("flow_step"), std::string::npos);
-  }
+  const Error error = error_of([&] { resolve(given); });
+  EXPECT_EQ(error.code(), code::kParameterOutOfRange);
+  EXPECT_EQ(error.field(), "flow_step");
+  EXPECT_EQ(error.value(), "0.66");
+  EXPECT_EQ(error.expected(), "a number from 0.0001 to 0.65 with method=taubin");
   given.set_flow_step(0.65);
   EXPECT_NO_THROW(resolve(given));
 }
 
-TEST(Resolve, KeepsWhatIsGivenAndSetsTheRest) {
-  v1::Parameters given;
-  given.set_sweeps(7);
-  given.set_threads(3);
-  const v1::Parameters resolved = resolve(given);
+TEST(Resolve, KeepsWhatIsGivenAndSetsTheRestThatMatters) {
+  const v1::Parameters resolved = resolve(parameters_of({{"sweeps", "7"}, {"threads", "3"}}));
   EXPECT_EQ(resolved.sweeps(), 7U);
   EXPECT_EQ(resolved.threads(), 3U);
   EXPECT_EQ(resolved.process(), "both");
   EXPECT_EQ(resolved.solver(), "metropolis");
-  EXPECT_EQ(resolved.likelihood_weight(), std::stod(info("likelihood_weight").default_text));
-  for (const ParameterInfo& row : parameter_table()) {
-    const auto* field = v1::Parameters::descriptor()->FindFieldByName(row.name);
-    EXPECT_TRUE(resolved.GetReflection()->HasField(resolved, field)) << row.name;
-  }
-  EXPECT_GE(resolve({}).threads(), 1U);
+  EXPECT_EQ(resolved.likelihood_weight(), MrfOptions{}.likelihood_weight);
+  EXPECT_EQ(resolved.sharpness_threshold_deg(), 46.0);
+  EXPECT_TRUE(resolved.has_retention_hours());
+  EXPECT_FALSE(resolved.has_likelihood_width());
+  EXPECT_FALSE(resolved.has_iterations());
   EXPECT_EQ(resolve(resolved).SerializeAsString(), resolved.SerializeAsString());
 }
 
+TEST(Resolve, LeavesNothingAutomatic) {
+  const v1::Parameters resolved = resolve(parameters_of({{"process", "auto"}, {"solver", "auto"}, {"threads", "0"}}));
+  EXPECT_EQ(resolved.process(), "both");
+  EXPECT_EQ(resolved.solver(), "metropolis");
+  EXPECT_GE(resolved.threads(), 1U);
+  EXPECT_EQ(resolve({}).SerializeAsString(), resolved.SerializeAsString());
+}
+
+TEST(Resolve, ListsTheOptionsOfTheMethodAlone) {
+  const auto of_taubin = to_json(resolve(parameters_of({{"method", "taubin"}, {"threads", "1"}})));
+  EXPECT_EQ(
+      of_taubin.dump(),
+      R"({"method":"taubin","threads":1,"iterations":15,"flow_step":0.6307,"passband":0.1,"retention_hours":24})");
+}
+
+TEST(Resolve, WarnsOfWhatIsNotUsed) {
+  std::vector<Warning> warnings;
+  const v1::Parameters given =
+      parameters_of({{"likelihood_width", "0.5"}, {"passband", "0.2"}, {"solver", "mean_field"}, {"seed", "3"}});
+  const v1::Parameters resolved = resolve(given, &warnings);
+  ASSERT_EQ(warnings.size(), 3U);
+  for (const Warning& warning : warnings) EXPECT_EQ(warning.code, "parameter_not_used");
+  EXPECT_EQ(warnings[0].detail,
+            "parameter 'seed' is '3' and is not used: it matters only with method=mrf, "
+            "solver=metropolis");
+  EXPECT_THAT(warnings[1].detail, testing::HasSubstr("'likelihood_width' is '0.5'"));
+  EXPECT_THAT(warnings[1].detail, testing::HasSubstr("likelihood=huber"));
+  EXPECT_THAT(warnings[2].detail, testing::HasSubstr("method=taubin"));
+  EXPECT_FALSE(resolved.has_seed());
+  EXPECT_FALSE(resolved.has_passband());
+
+  warnings.clear();
+  resolve(parameters_of({{"likelihood", "huber"}, {"likelihood_width", "0.5"}, {"seed", "3"}}), &warnings);
+  EXPECT_TRUE(warnings.empty());
+}
+
+TEST(Resolve, AConditionOnAParameterThatIsNotUsedDoesNotHold) {
+  std::vector<Warning> warnings;
+  resolve(parameters_of({{"process", "face"}, {"likelihood", "huber"}, {"likelihood_width", "0.5"}}), &warnings);
+  EXPECT_EQ(warnings.size(), 2U);
+}
+
 TEST(ToOptions, CarriesEveryParameterIntoCore) {
-  v1::Parameters parameters;
-  parameters.set_sweeps(5);
-  parameters.set_edge_process(false);
-  parameters.set_smoothness("square_root");
-  parameters.set_sharpness_threshold_deg(90);
-  const auto options = std::get<MrfOptions>(to_options(resolve(parameters)).method);
+  const auto options = std::get<MrfOptions>(
+      to_options(
+          parameters_of(
+              {{"sweeps", "5"}, {"edge_process", "false"}, {"smoothness", "square_root"}, {"curvature_weight", "2"}}))
+          .method);
   EXPECT_EQ(options.sweeps, 5U);
   EXPECT_FALSE(options.edge_process);
   EXPECT_EQ(options.smoothness, Smoothness::kSquareRoot);
-  EXPECT_NEAR(options.sharpness_threshold, 1.5707963267948966, 1e-15);
+  EXPECT_EQ(options.curvature_weight, 2.0);
+  const auto sharp = to_options(parameters_of({{"sharpness_threshold_deg", "90"}}));
+  EXPECT_NEAR(std::get<MrfOptions>(sharp.method).sharpness_threshold, 1.5707963267948966, 1e-15);
+  const auto diebel = to_options(parameters_of({{"method", "diebel"}, {"diebel_weight", "3"}}));
+  EXPECT_EQ(std::get<DiebelOptions>(diebel.method).likelihood_weight, 3.0);
 }
 
-TEST(ParametersSchema, DescribesEveryParameterWithADefaultThatIsTaken) {
+TEST(ParametersSchema, DescribesEveryParameterWithADefaultThatIsAccepted) {
   const auto schema = parameters_schema();
   EXPECT_EQ(schema.at("type"), "object");
   EXPECT_EQ(schema.at("additionalProperties"), false);
   ASSERT_EQ(schema.at("properties").size(), parameter_table().size());
   v1::Parameters defaults;
   for (const auto& [name, property] : schema.at("properties").items()) {
-    EXPECT_NO_THROW(set_parameter(defaults, name, text_of(property.at("default")))) << name;
-    EXPECT_EQ(property.at("description"), info(name).meaning);
-    EXPECT_EQ(property.value("x-unit", ""), info(name).unit);
+    EXPECT_NE(property.contains("default"), property.contains("x-defaults")) << name;
+    if (property.contains("default")) {
+      EXPECT_NO_THROW(set_parameter(defaults, name, text_of_json(property["default"]))) << name;
+    }
   }
   EXPECT_EQ(resolve(defaults).SerializeAsString(), resolve({}).SerializeAsString());
   EXPECT_EQ(schema["properties"]["sweeps"]["type"], "integer");
   EXPECT_EQ(schema["properties"]["seed"]["maximum"], std::numeric_limits<std::uint32_t>::max());
   EXPECT_EQ(schema["properties"]["edge_process"]["type"], "boolean");
   EXPECT_EQ(schema["properties"]["smoothness"]["enum"], (json{"quadratic", "square_root", "huber", "truncated"}));
+  EXPECT_EQ(schema["properties"]["process"]["default"], "both");
+  EXPECT_EQ(schema["properties"]["process"]["enum"], (json{"auto", "vertex", "face", "both"}));
 }
 
-TEST(ChangesResult, AllButThreadsAndRetention) {
-  for (const std::string& name : parameter_names()) {
-    EXPECT_EQ(changes_result(name), name != "threads" && name != "retention_hours") << name;
-  }
+TEST(ParametersSchema, SaysWhereAParameterMattersAndWhatDiffersByMethod) {
+  const auto properties = parameters_schema().at("properties");
+  EXPECT_EQ(properties["rounds"]["x-applies"].dump(), R"({"method":["mrf"],"process":["face","both"]})");
+  EXPECT_EQ(properties["rounds"]["x-group"], "Face process");
+  EXPECT_EQ(properties["rounds"]["x-unit"], "rounds");
+  EXPECT_FALSE(properties["threads"].contains("x-applies"));
+  EXPECT_EQ(properties["spatial_width"]["x-defaults"].dump(), R"({"non_iterative":1.5,"bilateral":1.0})");
+  EXPECT_FALSE(properties["spatial_width"].contains("x-ranges"));
+  EXPECT_EQ(properties["flow_step"]["x-ranges"]["taubin"]["maximum"], 0.65);
+  EXPECT_EQ(properties["flow_step"]["maximum"], 1000.0);
+}
+
+TEST(ParametersSchema, HasTheDefaultsAndMaximaOfTheOperator) {
+  OperatorSettings settings;
+  settings.defaults.set_retention_hours(2);
+  settings.maxima.set_retention_hours(48);
+  const auto retention = parameters_schema(settings).at("properties").at("retention_hours");
+  EXPECT_EQ(retention["default"], 2.0);
+  EXPECT_EQ(retention["maximum"], 48.0);
 }
 
 }  // namespace

@@ -154,7 +154,7 @@ TEST(Rooms, EveryRoomHasSources) {
     })) << room;
   }
   EXPECT_THAT(graph.at("proto/parameter_table.h"),
-              testing::IsSupersetOf({"core/options/set_option.h", "proto/crease/v1/parameters.proto"}));
+              testing::IsSupersetOf({"core/options/parameters.h", "proto/crease/v1/parameters.proto"}));
 }
 
 TEST(Rooms, CoreKnowsNeitherNetworkNorProtobuf) {
