@@ -9,7 +9,7 @@ using std::chrono::seconds;
 const std::string kAllowed = "https://mesh.example.org";
 const std::string kStranger = "https://evil.example.org";
 
-/// As browsers call: with origins, and strict about what comes back.
+/// Calls the service as browsers do, with an Origin header, and checks every answer strictly.
 class Browsers : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -30,13 +30,13 @@ void expect_security_headers(const RawResponse& response) {
   EXPECT_EQ(response.header("content-security-policy"), "default-src 'none'; frame-ancestors 'none'");
   EXPECT_EQ(response.header("referrer-policy"), "no-referrer");
   EXPECT_EQ(response.header("cross-origin-resource-policy"), "same-origin");
-  EXPECT_EQ(response.header("server"), "creased") << "and no version";
+  EXPECT_EQ(response.header("server"), "creased") << "without a version";
   EXPECT_EQ(response.headers.count("server"), 1U);
   const std::string caching = response.header("cache-control");
   EXPECT_TRUE(caching == "no-store" || caching == "private, no-cache") << caching;
 }
 
-TEST_F(Browsers, OnTheListMayReadAnswers) {
+TEST_F(Browsers, WithAListedOriginMayReadAnswers) {
   for (const std::string& origin : {kAllowed, std::string("http://localhost:5173")}) {
     const auto response = call("GET", "/v1/jobs", {{"Origin", origin}});
     EXPECT_EQ(response.status, 200);
@@ -48,24 +48,24 @@ TEST_F(Browsers, OnTheListMayReadAnswers) {
     EXPECT_EQ(response.header("access-control-allow-credentials"), "");
   }
   EXPECT_EQ(call("GET", "/v1/jobs/nope", {{"Origin", kAllowed}}).header("access-control-allow-origin"), kAllowed)
-      << "problems can be read, too";
+      << "problem documents can be read, too";
   const auto submitted =
       call("POST", "/v1/jobs?" + kQuick, {{"Origin", kAllowed}, {"Content-Type", "model/obj"}}, small_obj());
   EXPECT_EQ(submitted.status, 202);
   EXPECT_EQ(submitted.header("access-control-allow-origin"), kAllowed);
 }
 
-TEST_F(Browsers, OffTheListMayNot) {
+TEST_F(Browsers, WithAnUnlistedOriginMayNotReadAnswers) {
   for (const std::string& origin : {kStranger, std::string("null"), kAllowed + ".evil.org", kAllowed + ":444",
                                     std::string("http://mesh.example.org"), std::string("*"), kAllowed + "/"}) {
     const auto response = call("GET", "/v1/jobs", {{"Origin", origin}});
     EXPECT_EQ(response.header("access-control-allow-origin"), "") << origin;
-    EXPECT_EQ(response.header("vary"), "Origin") << "a cache must not hand one origin the answer to another";
+    EXPECT_EQ(response.header("vary"), "Origin") << "a cache must not give one origin the answer for another";
   }
   EXPECT_EQ(call("GET", "/v1/jobs").header("access-control-allow-origin"), "");
 }
 
-TEST_F(Browsers, AskFirst) {
+TEST_F(Browsers, AreAnsweredTheirPreflightRequests) {
   const Headers ask = {{"Access-Control-Request-Method", "POST"},
                        {"Access-Control-Request-Headers", "authorization, content-type"}};
   Headers from_allowed = ask, from_stranger = ask;
@@ -83,8 +83,8 @@ TEST_F(Browsers, AskFirst) {
   EXPECT_EQ(stranger.header("access-control-allow-origin"), "");
 }
 
-TEST_F(Browsers, OffTheListMayChangeNothingEvenWithoutAsking) {
-  // A form of any page may be sent anywhere as multipart/form-data.
+TEST_F(Browsers, WithAnUnlistedOriginMayChangeNothing) {
+  // Browsers send multipart/form-data to other origins without a preflight request.
   const std::vector<FormPart> form = {{"mesh", small_obj(), "a.obj", ""}};
   const auto refused = post_form(server_->port(), "/v1/jobs", form, {{"Origin", kStranger}});
   EXPECT_EQ(refused.status, 403);
@@ -93,7 +93,7 @@ TEST_F(Browsers, OffTheListMayChangeNothingEvenWithoutAsking) {
   EXPECT_EQ(call("DELETE", "/v1/jobs/nope", {{"Origin", kStranger}}).status, 403);
   EXPECT_EQ(post_form(server_->port(), "/v1/jobs", form, {{"Origin", kAllowed}}).status, 202);
   EXPECT_EQ(post_form(server_->port(), "/v1/jobs", form, {{"Origin", "http://localhost"}}).status, 202)
-      << "our own page: raw_request says Host: localhost";
+      << "the same origin, as raw_request sends Host: localhost";
 }
 
 TEST(BrowsersByDefault, MayReadNothing) {
@@ -103,14 +103,14 @@ TEST(BrowsersByDefault, MayReadNothing) {
   EXPECT_EQ(exchange(server.port(), "POST", "/v1/jobs", {{"Origin", kAllowed}}, "x").code(), "origin_not_allowed");
 }
 
-TEST(BrowsersOfAnOpenService, MayAllReadWhereThatIsSaid) {
+TEST(BrowsersOfAnOpenService, MayAllReadAnswersWithAStar) {
   ServerProcess server(
       {"--workers", "0", "--max-connections", "16", "--max-streams", "4", "--open", "--cors-origin", "*"});
   EXPECT_EQ(exchange(server.port(), "GET", "/v1/jobs", {{"Origin", kStranger}}).header("access-control-allow-origin"),
             kStranger);
 }
 
-TEST(BrowsersWithKeys, AskWithoutAKeyWhetherTheyMayComeWithOne) {
+TEST(BrowsersWithKeys, SendPreflightRequestsWithoutAKey) {
   const TestKey key = make_test_key("page");
   const TestKeyFile file({key});
   ServerProcess server({"--workers", "0", "--max-connections", "16", "--max-streams", "4", "--keys", file.path(),
@@ -119,10 +119,10 @@ TEST(BrowsersWithKeys, AskWithoutAKeyWhetherTheyMayComeWithOne) {
   EXPECT_EQ(exchange(server.port(), "OPTIONS", "/v1/jobs", ask).status, 204);
   const auto refused = exchange(server.port(), "GET", "/v1/jobs", {{"Origin", kAllowed}});
   EXPECT_EQ(refused.status, 401);
-  EXPECT_EQ(refused.header("access-control-allow-origin"), kAllowed) << "so that the page learns why";
+  EXPECT_EQ(refused.header("access-control-allow-origin"), kAllowed) << "so that the page can read why";
 }
 
-TEST_F(Browsers, AreToldNotToGuessRunOrEmbed) {
+TEST_F(Browsers, GetHeadersAgainstSniffingScriptsAndFraming) {
   const auto job = server_->wait_for_end(server_->submit(small_obj(), kQuick)["id"]);
   const std::string self = "/v1/jobs/" + job["id"].get<std::string>();
   for (const std::string target :
@@ -143,7 +143,7 @@ TEST_F(Browsers, AreToldNotToGuessRunOrEmbed) {
   expect_security_headers(broken.receive());
 }
 
-TEST_F(Browsers, AreNotMadeToTakeHeadersFromNames) {
+TEST_F(Browsers, GetNoHeadersFromFileNames) {
   const std::string evil = "a\r\nSet-Cookie: x=1\r\n\r\n<script>\";filename=b\\.obj";
   std::string encoded;
   for (const unsigned char c : evil) encoded += fmt::format("%{:02x}", c);
@@ -163,14 +163,14 @@ TEST_F(Browsers, AreNotMadeToTakeHeadersFromNames) {
   EXPECT_EQ(form.header("location"), "/v1/jobs/" + form.json()["id"].get<std::string>());
 }
 
-TEST_F(Browsers, GetNoHeaderBackFromWhatTheySend) {
+TEST_F(Browsers, GetNoHeadersFromTheirRequests) {
   const auto response = call("GET", "/v1/jobs/%0d%0aSet-Cookie:%20x=1", {{"X-Request-Id", "a%0d%0ab"}});
   EXPECT_EQ(response.code(), "request_malformed");
   EXPECT_EQ(response.headers.count("set-cookie"), 0U);
   EXPECT_EQ(response.header("x-request-id").find('%'), std::string::npos);
 }
 
-TEST_F(Browsers, FindNoFilesByTheirPaths) {
+TEST_F(Browsers, CannotReachFilesByPath) {
   for (const std::string path :
        {"/../../../etc/passwd", "/..%2f..%2fetc%2fpasswd", "/%2e%2e/%2e%2e/etc/passwd", "/v1/jobs/../../../etc/passwd",
         "/v1/jobs/%2e%2e%2f%2e%2e%2fcreased.db", "/v1/jobs/..%5c..%5ccreased.db/mesh", "/v1/jobs/%252e%252e/mesh",
@@ -185,7 +185,7 @@ TEST_F(Browsers, FindNoFilesByTheirPaths) {
   EXPECT_EQ(call("GET", "/v1/jobs/" + encoded).json()["id"], job) << "an encoded id is the same id";
 }
 
-TEST_F(Browsers, RepeatedHeadersThatDecideAreRefused) {
+TEST_F(Browsers, RepeatedDecisiveHeadersAreRefused) {
   for (const std::string name : {"Authorization", "Content-Type", "Content-Encoding", "Origin"}) {
     const auto response = call("POST", "/v1/jobs", {{name, "a"}, {name, "b"}}, "x");
     EXPECT_EQ(response.status, 400) << name;

@@ -44,7 +44,7 @@ class CommandLine : public ServiceTest {
     return crease(std::move(arguments));
   }
 
-  /// Runs crease until its first progress, then sends it SIGTERM.
+  /// Runs crease until it reports progress, then sends SIGTERM.
   Finished interrupted(const std::string& arguments) const {
     const std::string script = std::string(CREASE_BIN) + " " + arguments + " 2> " + path("progress") +
                                " & until grep -q sweep " + path("progress") + "; do :; done; kill -TERM $!; wait $!";
@@ -81,7 +81,7 @@ TEST_F(CommandLine, LocalAndHttpAndAnyNumberOfThreadsGiveTheSameBytes) {
   }
 }
 
-TEST_F(CommandLine, AnotherSeedGivesAnotherMesh) {
+TEST_F(CommandLine, ADifferentSeedGivesADifferentMesh) {
   const auto smooth = [&](const std::string& seed) {
     EXPECT_EQ(
         crease({"smooth", path("noisy.obj"), "-o", path(seed + ".obj"), "--local", "-p", "sweeps=5", "--seed", seed})
@@ -147,14 +147,14 @@ TEST_F(CommandLine, ProgressIsPlainLinesWhenPiped) {
   EXPECT_THAT(finished.output, HasSubstr("displacement"));
 }
 
-TEST_F(CommandLine, QuietSaysNothing) {
+TEST_F(CommandLine, QuietPrintsNothing) {
   const Finished finished =
       crease({"smooth", path("noisy.obj"), "-o", path("out.obj"), "--local", "-p", "sweeps=3", "-q"});
   EXPECT_EQ(finished.exit_code, 0);
   EXPECT_EQ(finished.output + finished.errors, "");
 }
 
-TEST_F(CommandLine, BadParametersAreRefusedAsTheServiceDoes) {
+TEST_F(CommandLine, InvalidParametersAreRefusedAsByTheService) {
   const std::vector<std::pair<std::string, std::string>> cases = {{"sharpnes=1", "parameter_unknown"},
                                                                   {"sweeps=many", "parameter_invalid"},
                                                                   {"step_size=-1", "parameter_out_of_range"}};
@@ -168,14 +168,14 @@ TEST_F(CommandLine, BadParametersAreRefusedAsTheServiceDoes) {
     for (const char* member : {"code", "status", "title", "field", "value"}) {
       EXPECT_EQ(mine[member], service[member]) << member;
     }
-    // A query may also hold a name and a format, so that there what was expected of an unknown one is more.
+    // The service also expects a name and a format in the query, so its list of known names is longer.
     const bool unknown = code == "parameter_unknown";
     EXPECT_EQ(mine["detail"] == service["detail"], !unknown);
   }
   EXPECT_FALSE(exists("out.obj"));
 }
 
-TEST_F(CommandLine, ExitCodesSayWhatWentWrong) {
+TEST_F(CommandLine, ExitCodesTellTheKindOfFailure) {
   write("broken.obj", "v 0 0 0\nf 1 2 3\n");
   write("three.json", "[1, 1, 1]");
   const std::string noisy = path("noisy.obj"), out = path("out.obj");
@@ -289,7 +289,7 @@ TEST_F(CommandLine, AnInterruptionEndsALocalRun) {
   EXPECT_FALSE(exists("out.obj"));
 }
 
-TEST_F(CommandLine, AnInterruptionCancelsTheJobThatWasSubmitted) {
+TEST_F(CommandLine, AnInterruptionCancelsTheSubmittedJob) {
   const Finished finished = interrupted("smooth " + path("noisy.obj") + " -o " + path("out.obj") + " -p " + kLong +
                                         " -p seed=77 --server " + url());
   EXPECT_EQ(finished.exit_code, 6) << bytes("progress");

@@ -6,7 +6,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// Impatient, and with a small bound on uploads.
+/// A service with short timeouts and a small limit on uploads.
 class Connection : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -32,7 +32,7 @@ struct HeadCase {
   std::string code;
 };
 
-TEST_F(Connection, RefusesHeadsThatTwoReadersCouldUnderstandDifferently) {
+TEST_F(Connection, RefusesAmbiguousHeads) {
   const std::string post = "POST /v1/jobs HTTP/1.1\r\nHost: x\r\n", get = "GET /healthz HTTP/1.1\r\n";
   const std::vector<HeadCase> cases = {
       {post + "Content-Length: 5\r\nContent-Length: 6\r\n\r\nhello", 400, "request_malformed"},
@@ -78,7 +78,7 @@ TEST_F(Connection, RefusesHeadsThatTwoReadersCouldUnderstandDifferently) {
   expect_alive();
 }
 
-TEST_F(Connection, CutsHeadersThatTrickleIn) {
+TEST_F(Connection, EndsWhenHeadersArriveTooSlowly) {
   RawConnection connection(port());
   connection.send("GET /healthz HTTP/1.1\r\nHost: x\r\n");
   const auto start = std::chrono::steady_clock::now();
@@ -93,7 +93,7 @@ TEST_F(Connection, CutsHeadersThatTrickleIn) {
   EXPECT_TRUE(connection.closed_within(seconds(4)));
 }
 
-TEST_F(Connection, CutsAHeaderWithoutEnd) {
+TEST_F(Connection, EndsWhenAHeaderHasNoEnd) {
   RawConnection connection(port());
   connection.send("GET /healthz HTTP/1.1\r\nX: ");
   const std::string piece(64 * 1024, 'a');
@@ -104,7 +104,7 @@ TEST_F(Connection, CutsAHeaderWithoutEnd) {
   expect_alive();
 }
 
-TEST_F(Connection, CutsBodiesThatTrickleInOrStop) {
+TEST_F(Connection, EndsWhenBodiesArriveTooSlowlyOrStop) {
   RawConnection slow(port());
   slow.send("POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Type: model/obj\r\nContent-Length: 1000\r\n\r\n");
   const auto start = std::chrono::steady_clock::now();
@@ -130,11 +130,11 @@ TEST_F(Connection, RefusesBodiesThatAreTooLargeOrShort) {
   const std::string chunk = "10000\r\n" + std::string(0x10000, ' ') + "\r\n";
   for (int i = 0; i < 40 && chunks.send(chunk); ++i) {
   }
-  EXPECT_EQ(chunks.receive().code(), "payload_too_large") << "counted over chunks";
+  EXPECT_EQ(chunks.receive().code(), "payload_too_large") << "counted over all chunks";
   expect_alive();
 }
 
-TEST_F(Connection, RefusesChunksThatAreMalformed) {
+TEST_F(Connection, RefusesMalformedChunks) {
   const std::string post =
       "POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Type: model/obj\r\nTransfer-Encoding: chunked\r\n\r\n";
   for (const std::string bad :
@@ -168,7 +168,7 @@ TEST_F(Connection, NeverRunsTheRestOfARefusedBodyAsARequest) {
   }
 }
 
-TEST_F(Connection, BoundsCompressedBodiesByNotTakingThem) {
+TEST_F(Connection, RefusesCompressedBodies) {
   for (const std::string encoding : {"gzip", "deflate", "br", "GZIP", "x-gzip"}) {
     const auto response =
         exchange(port(), "POST", "/v1/jobs", {{"Content-Encoding", encoding}}, std::string(1000, '\x1f'));
@@ -198,7 +198,7 @@ TEST_F(Connection, EndsWhenItIsIdle) {
   EXPECT_TRUE(unused.closed_within(seconds(4)));
 }
 
-TEST_F(Connection, OverTheBoundIsRefusedAndOthersGoOn) {
+TEST_F(Connection, IsRefusedOverTheLimitAndOthersContinue) {
   RawConnection kept(port());
   kept.send(raw_request("GET", "/healthz"));
   ASSERT_EQ(kept.receive().status, 200);
@@ -223,7 +223,7 @@ TEST_F(Connection, OverTheBoundIsRefusedAndOthersGoOn) {
   EXPECT_TRUE(eventually([] { return server_->get("/healthz").status == 200; }));
 }
 
-TEST_F(Connection, OfAnOldClientEndsAfterTheAnswer) {
+TEST_F(Connection, OfAnHttp10ClientEndsAfterTheAnswer) {
   RawConnection connection(port());
   connection.send("GET /healthz HTTP/1.0\r\n\r\n");
   EXPECT_EQ(connection.receive().status, 200);

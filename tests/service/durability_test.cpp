@@ -29,7 +29,7 @@ std::vector<std::string> with(std::vector<std::string> flags, const std::vector<
 
 std::string id_of(const nlohmann::json& job) { return job["id"].get<std::string>(); }
 
-/// A data directory whose service may be killed and started again.
+/// A service that can be killed and restarted on the same data directory.
 class Durability : public ::testing::Test {
  protected:
   ServerProcess& start(const std::vector<std::string>& flags = {}) {
@@ -90,11 +90,11 @@ std::vector<Outcome> undisturbed() {
 }
 
 int kills_wanted() {
-  const char* given = std::getenv("CREASED_TEST_KILLS");  // a hundred by hand
+  const char* given = std::getenv("CREASED_TEST_KILLS");  // for example 100, by hand
   return given == nullptr ? 12 : std::atoi(given);
 }
 
-/// Kills parts of the service while jobs run, each once the job at work has come some sweeps further.
+/// Kills parts of the service while jobs run, each time after the running job has made some progress.
 class Killer {
  public:
   Killer(unsigned seed, std::function<nlohmann::json()> running_job)
@@ -119,7 +119,7 @@ class Killer {
           return from >= 0 && sweep >= from + further;
         },
         seconds(60));
-    EXPECT_TRUE(came) << "the service does not go on";
+    EXPECT_TRUE(came) << "the service makes no progress";
     return came && left;
   }
   std::string victim() { return std::array<std::string, 4>{"server", "worker", "compute", "task"}.at(random_() % 4); }
@@ -129,7 +129,7 @@ class Killer {
   std::function<nlohmann::json()> running_job_;
 };
 
-TEST_F(Durability, JobsWhoseProcessesAreKilledAtAnyMomentEndWithTheBytesOfAnUndisturbedRun) {
+TEST_F(Durability, JobsWhoseProcessesAreKilledEndWithTheBytesOfAnUndisturbedRun) {
   const std::vector<Outcome> expected = undisturbed();
   const std::vector<std::string> flags = {"--checkpoint-every", "0.02", "--lease", "1"};
   start(flags);
@@ -178,13 +178,13 @@ TEST_F(Durability, JobsWhoseProcessesAreKilledAtAnyMomentEndWithTheBytesOfAnUndi
     EXPECT_TRUE(outcome_of(server(), id) == expected[run]) << kRuns[run] << " after " << ended["attempt"];
     attempts += ended["attempt"].get<std::uint32_t>();
   }
-  EXPECT_GT(attempts, run_of.size()) << "nothing was disturbed";
+  EXPECT_GT(attempts, run_of.size()) << "no run was disturbed";
   RecordProperty("kills", killed);
   RecordProperty("attempts", static_cast<int>(attempts));
   stop_and_audit(acknowledged);
 }
 
-TEST_F(Durability, AResumedJobDoesNotBeginAnew) {
+TEST_F(Durability, AResumedJobDoesNotStartFromTheBeginning) {
   start({"--checkpoint-every", "0.02", "--lease", "1"});
   const std::string id = id_of(server().submit(noisy_part(), "sweeps=100000&threads=1"));
   const auto sweep = [&] { return job(id)["progress"]["sweep"].get<int>(); };
@@ -204,7 +204,7 @@ TEST_F(Durability, AResumedJobDoesNotBeginAnew) {
   EXPECT_TRUE(eventually([&] { return !fs::exists(checkpoint); }));
 }
 
-TEST_F(Durability, ADrainLeavesACheckpointAndTheNextServerGoesOnFromThere) {
+TEST_F(Durability, ADrainLeavesACheckpointFromWhichTheNextServerContinues) {
   start({"--checkpoint-every", "10000"});
   const std::string id = id_of(server().submit(noisy_part(), "sweeps=100000&threads=1"));
   ASSERT_TRUE(eventually([&] { return job(id)["progress"]["sweep"].get<int>() > 100; }, seconds(60)));
@@ -239,7 +239,7 @@ TEST_F(Durability, ATornCheckpointIsNotUsed) {
   EXPECT_THAT(server().log(), HasSubstr("the checkpoint is damaged"));
 }
 
-TEST_F(Durability, WhatWasAcknowledgedIsThereAfterAKillOfEverything) {
+TEST_F(Durability, AcceptedJobsSurviveAKillOfAllProcesses) {
   constexpr int kRounds = 5;
   std::set<std::string> acknowledged;
   for (int round = 0; round < kRounds; ++round) {
@@ -253,7 +253,7 @@ TEST_F(Durability, WhatWasAcknowledgedIsThereAfterAKillOfEverything) {
   stop_and_audit(acknowledged);
 }
 
-TEST_F(Durability, AServerThatStartsAgainDoesNotWaitForTheLeasesOfItsDeadWorkers) {
+TEST_F(Durability, ARestartedServerDoesNotWaitForTheLeasesOfDeadWorkers) {
   const std::vector<std::string> flags = {"--lease", "10000", "--checkpoint-every", "0.02"};
   start(flags);
   const std::string id = id_of(server().submit(noisy_part(), "sweeps=600&threads=1"));
@@ -264,7 +264,7 @@ TEST_F(Durability, AServerThatStartsAgainDoesNotWaitForTheLeasesOfItsDeadWorkers
   stop_and_audit({id});
 }
 
-TEST_F(Durability, APoisonJobFailsAfterThreeAttemptsWithWhatHappenedAndOthersGoOn) {
+TEST_F(Durability, ACrashingJobFailsAfterThreeAttemptsAndOthersContinue) {
   start({"--checkpoint-every", "10000"});
   const std::string poison = id_of(server().submit(noisy_part(), kLong));
   const std::string other = id_of(server().submit(small_obj(), kQuick));
@@ -287,7 +287,7 @@ TEST_F(Durability, APoisonJobFailsAfterThreeAttemptsWithWhatHappenedAndOthersGoO
   stop_and_audit({poison, other});
 }
 
-TEST_F(Durability, AJobOverItsTimeFailsAndSaysSo) {
+TEST_F(Durability, AJobOverItsTimeLimitFails) {
   start({"--job-cpu-seconds", "1"});
   const std::string id = id_of(server().submit(noisy_part(), kLong));
   const auto failed = server().wait_for_end(id);
@@ -299,7 +299,7 @@ TEST_F(Durability, AJobOverItsTimeFailsAndSaysSo) {
   stop_and_audit({id});
 }
 
-TEST_F(Durability, ResultsExpireAndDeletionLeavesNoByte) {
+TEST_F(Durability, ResultsExpireAndDeletionLeavesNothing) {
   start({"--retention-hours", "12", "--max-retention-hours", "100"});
   const auto soon = server().submit(small_obj(), kQuick + "&retention_hours=0");
   const auto later = server().submit(small_obj(), kQuick);
@@ -327,7 +327,7 @@ TEST_F(Durability, ResultsExpireAndDeletionLeavesNoByte) {
   }
 }
 
-TEST_F(Durability, TheQuotaIsRefusedBeforeTheDiskIsFull) {
+TEST_F(Durability, JobsOverTheQuotaAreRefusedBeforeTheDiskIsFull) {
   start({"--quota-mb", "1"});
   std::set<std::string> acknowledged;
   RawResponse refused;
@@ -344,7 +344,7 @@ TEST_F(Durability, TheQuotaIsRefusedBeforeTheDiskIsFull) {
   EXPECT_EQ(server().submit(small_obj(), kQuick)["state"], "queued");
 }
 
-/// A file system of a few megabytes at the data directory.
+/// A file system of a few megabytes, mounted at the data directory.
 class SmallDisk {
  public:
   explicit SmallDisk(fs::path path) : path_(std::move(path)) {
@@ -358,7 +358,7 @@ class SmallDisk {
   SmallDisk& operator=(const SmallDisk&) = delete;
   bool mounted() const { return mounted_; }
   bool make_read_only() const { return ::mount(nullptr, path_.c_str(), nullptr, MS_REMOUNT | MS_RDONLY, nullptr) == 0; }
-  /// Leaves `bytes` free.
+  /// Fills the disk except for `bytes`.
   void fill(std::uintmax_t bytes) const {
     const auto free = fs::space(path_).available;
     std::ofstream(path_ / "ballast") << std::string(free > bytes ? free - bytes : 0, 'x');
@@ -370,7 +370,7 @@ class SmallDisk {
   bool mounted_ = false;
 };
 
-TEST_F(Durability, AFullDiskIsAClearErrorAndNothingIsLostWhenItHasRoomAgain) {
+TEST_F(Durability, AFullDiskIsAClearErrorAndLosesNothing) {
   const SmallDisk disk(data_dir());
   if (!disk.mounted()) GTEST_SKIP() << "only root mounts a disk";
   start({"--checkpoint-every", "0.05"});
@@ -387,7 +387,7 @@ TEST_F(Durability, AFullDiskIsAClearErrorAndNothingIsLostWhenItHasRoomAgain) {
   EXPECT_EQ(ready.status, 503);
   EXPECT_EQ(ready.code(), "store_unavailable");
   EXPECT_THAT(ready.body, testing::AnyOf(HasSubstr("No space left"), HasSubstr("disk")));
-  EXPECT_EQ(server().get("/v1/jobs/" + running).status, 200) << "what is there can be read";
+  EXPECT_EQ(server().get("/v1/jobs/" + running).status, 200) << "stored data can be read";
   ASSERT_TRUE(eventually([&] { return server().log().find("No space left") != std::string::npos; }, seconds(30)));
   EXPECT_THAT(faults_of_store(data_dir(), {running}), IsEmpty());
 
@@ -402,7 +402,7 @@ TEST_F(Durability, AFullDiskIsAClearErrorAndNothingIsLostWhenItHasRoomAgain) {
   server_.reset();
 }
 
-TEST_F(Durability, ADataDirectoryThatCannotBeWrittenIsAClearErrorAtTheStart) {
+TEST_F(Durability, AReadOnlyDataDirectoryIsAClearErrorAtTheStart) {
   const SmallDisk disk(data_dir());
   if (!disk.mounted()) GTEST_SKIP() << "only root mounts a disk";
   ASSERT_TRUE(disk.make_read_only());

@@ -5,7 +5,7 @@ namespace {
 
 class Events : public ServiceTest {};
 
-TEST_F(Events, ProgressThenTheEndWithTheWholeJob) {
+TEST_F(Events, AreProgressAndThenTheEndWithTheJob) {
   const auto submitted = server().submit(obj_text(icosphere(3)), "sweeps=200");
   const auto response = call("GET", path_of(submitted) + "/events");
   EXPECT_EQ(response.header("content-type"), "text/event-stream");
@@ -30,7 +30,7 @@ TEST_F(Events, ProgressThenTheEndWithTheWholeJob) {
   EXPECT_EQ(job["links"]["mesh"], path_of(job) + "/mesh");
 }
 
-TEST_F(Events, OfAnEndedJobAreItsEndAlone) {
+TEST_F(Events, OfAnEndedJobAreOnlyItsEnd) {
   const auto job = finished_job();
   const auto events = parse_events(call("GET", path_of(job) + "/events").body);
   ASSERT_EQ(events.size(), 1U);
@@ -45,11 +45,11 @@ TEST_F(Events, ResumeAfterTheLastEventSeen) {
   ASSERT_EQ(resumed.size(), 1U);
   EXPECT_EQ(resumed[0].id, last.id);
   const auto nothing_left = call("GET", path_of(job) + "/events", {{"Last-Event-ID", last.id}});
-  EXPECT_EQ(nothing_left.status, 204) << "which ends the retries of an EventSource";
+  EXPECT_EQ(nothing_left.status, 204) << "ends the retries of an EventSource";
   EXPECT_EQ(parse_events(call("GET", path_of(job) + "/events", {{"Last-Event-ID", "x"}}).body).size(), 1U);
 }
 
-TEST_F(Events, DoNotRepeatWhatTheClientHasSeenOfARunningJob) {
+TEST_F(Events, DoNotRepeatEventsThatTheClientHasSeen) {
   const auto job = server().submit(obj_text(icosphere(4)), kLong);
   RawConnection first(port());
   first.send(raw_request("GET", path_of(job) + "/events"));
@@ -74,7 +74,7 @@ TEST_F(Events, EndWithCancelledWhenTheJobIsCancelled) {
   EXPECT_NE(stream.receive_until("event: cancelled").find("event: cancelled"), std::string::npos);
 }
 
-TEST_F(Events, ReachOldClientsWithoutChunks) {
+TEST_F(Events, ReachHttp10ClientsWithoutChunks) {
   const auto job = finished_job();
   RawConnection connection(port());
   connection.send("GET " + path_of(job) + "/events HTTP/1.0\r\n\r\n");
@@ -83,7 +83,7 @@ TEST_F(Events, ReachOldClientsWithoutChunks) {
   EXPECT_EQ(parse_events(response.body).size(), 1U);
 }
 
-TEST_F(Events, OfManyWatchersAreTheSame) {
+TEST_F(Events, AreTheSameForManyWatchers) {
   const auto job = server().submit(obj_text(icosphere(3)), "sweeps=100");
   std::vector<RawConnection> watchers;
   for (int i = 0; i < 20; ++i) {

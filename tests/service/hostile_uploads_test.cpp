@@ -25,7 +25,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 std::string format_of(const SampleFile& sample) { return "format=" + std::string(format_name(sample.format)); }
 
-/// Faces first, so that what is cut off is missed.
+/// An OBJ with its faces first, so that a truncated file lacks vertices.
 std::string obj_faces_first(const Mesh& mesh) {
   std::string faces, vertices;
   for (const Triangle& t : mesh.triangles) faces += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
@@ -36,7 +36,7 @@ std::string obj_faces_first(const Mesh& mesh) {
 void add_truncated(std::vector<Hostile>& all) {
   for (const auto& sample : sample_files(victim())) {
     const std::string bytes = sample.format == MeshFormat::kObj ? obj_faces_first(victim()) : sample.bytes;
-    // The tail of a text may be decoration: the last line break, or "endsolid".
+    // The end of a text may not matter: the last line break, or "endsolid".
     const std::size_t last = sample.name == "stl_ascii" ? bytes.rfind("endloop") : bytes.size() - 4;
     for (std::size_t cut = 1; cut <= 12; ++cut) {
       all.push_back(
@@ -115,14 +115,14 @@ void add_bent_gltf(std::vector<Hostile>& all) {
   };
   for (const std::int64_t count : {-1LL, 27LL, 4'294'967'295LL, 1'000'000'000'000'000LL}) {
     bend(fmt::format("of {} vertices", count), [&](GltfSample& s) { s.json["accessors"][0]["count"] = count; });
-    if (count == 27) continue;  // as fewer faces, or another place in the buffer, that is a mesh
+    if (count == 27) continue;  // as a smaller count or another offset, this gives a valid mesh
     bend(fmt::format("of {} corners", 3 * count), [&](GltfSample& s) { s.json["accessors"][1]["count"] = 3 * count; });
     bend(fmt::format("view at {}", count), [&](GltfSample& s) { s.json["bufferViews"][0]["byteOffset"] = 16 * count; });
     bend(fmt::format("view of {}", count), [&](GltfSample& s) { s.json["bufferViews"][0]["byteLength"] = 64 * count; });
     bend(fmt::format("accessor {}", count), [&](GltfSample& s) { s.primitive()["indices"] = count; });
     bend(fmt::format("buffer of {}", count), [&](GltfSample& s) { s.json["buffers"][0]["byteLength"] = 4096 * count; });
   }
-  // Zeros that the file need not contain: the zip bomb of a GLB.
+  // A sparse accessor of zeros, which the file need not contain: the zip bomb of GLB.
   bend("zip bomb of vertices", [](GltfSample& s) {
     s.json["accessors"][0].erase("bufferView");
     s.json["accessors"][0]["count"] = 1'900'000'000;
@@ -188,7 +188,7 @@ std::vector<Hostile> hostile_uploads() {
 
 class HostileUploads : public ServiceTest {};
 
-TEST_F(HostileUploads, AreRefusedWithACodeOfTheTableAndTheServiceGoesOn) {
+TEST_F(HostileUploads, AreRefusedWithACodeAndTheServiceContinues) {
   std::set<std::string_view> known;
   for (const auto& kind : error_table()) known.insert(kind.code);
   const auto uploads = hostile_uploads();
@@ -215,7 +215,7 @@ TEST_F(HostileUploads, AreRefusedWithACodeOfTheTableAndTheServiceGoesOn) {
   EXPECT_EQ(finished_job()["state"], "succeeded");
 }
 
-TEST_F(HostileUploads, AreToldThePlaceOfTheFirstFault) {
+TEST_F(HostileUploads, AreRefusedWithThePlaceOfTheFirstFault) {
   const Headers obj = {{"Content-Type", "model/obj"}};
   const auto problem = call("POST", "/v1/jobs", obj, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n").json();
   EXPECT_EQ(problem["code"], "mesh_index_out_of_range");
@@ -225,7 +225,7 @@ TEST_F(HostileUploads, AreToldThePlaceOfTheFirstFault) {
   EXPECT_NE(not_finite["place"].get<std::string>().find('2'), std::string::npos) << not_finite;
 }
 
-TEST_F(HostileUploads, OverTheBoundsOfTheServerAreTooLarge) {
+TEST_F(HostileUploads, OverTheLimitsOfTheServerAreTooLarge) {
   ServerProcess small({"--workers", "0", "--max-faces", "100", "--max-vertices", "60", "--max-connections", "16",
                        "--max-streams", "4"});
   const auto response = exchange(small.port(), "POST", "/v1/jobs", {{"Content-Type", "model/obj"}}, small_obj());

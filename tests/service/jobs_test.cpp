@@ -61,7 +61,7 @@ TEST_F(Jobs, AreCancelledWithinASweep) {
   EXPECT_EQ(again.json()["state"], "cancelled");
 }
 
-TEST_F(Jobs, AreCancelledAtOnceWhileTheyWait) {
+TEST_F(Jobs, AreCancelledAtOnceWhileQueued) {
   const auto running = server().submit(obj_text(icosphere(4)), kLong);
   const auto waiting = server().submit(small_obj(), "sweeps=4");
   const auto response = call("POST", path_of(waiting) + "/cancel");
@@ -70,7 +70,7 @@ TEST_F(Jobs, AreCancelledAtOnceWhileTheyWait) {
   EXPECT_EQ(call("DELETE", path_of(running)).status, 204);
 }
 
-TEST_F(Jobs, AreGoneWithEveryByteOnceDeleted) {
+TEST_F(Jobs, LeaveNothingWhenDeleted) {
   const auto job = finished_job();
   call("GET", path_of(job) + "/mesh");
   EXPECT_EQ(call("DELETE", path_of(job)).status, 204);
@@ -83,7 +83,7 @@ TEST_F(Jobs, AreGoneWithEveryByteOnceDeleted) {
   }
 }
 
-TEST_F(Jobs, ThatRunAreAbandonedWhenDeletedAndTheNextOneStarts) {
+TEST_F(Jobs, AreAbandonedWhenDeletedWhileRunning) {
   const auto running = server().submit(obj_text(icosphere(4)), kLong);
   server().wait_for_state(running["id"], "running");
   EXPECT_EQ(call("DELETE", path_of(running)).status, 204);

@@ -12,7 +12,7 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::milliseconds;
 
-/// One service, two keys: neither knows of the other.
+/// A service with two keys whose callers must not see each other's jobs.
 class Keys : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -57,7 +57,7 @@ class Keys : public ::testing::Test {
   static inline std::unique_ptr<ServerProcess> server_;
 };
 
-TEST_F(Keys, AreNeededForEveryCallButTheOpenOnes) {
+TEST_F(Keys, AreNeededForEveryCallExceptTheOpenOnes) {
   const std::set<std::string> open = {"get_health", "get_readiness", "get_openapi", "get_metrics"};
   for (const auto& route : creased::routes()) {
     SCOPED_TRACE(route.operation);
@@ -81,7 +81,7 @@ TEST_F(Keys, AreNeededForEveryCallButTheOpenOnes) {
   EXPECT_EQ(call("GET", "/v1/jobs", alice_.bearer()).status, 200);
 }
 
-TEST_F(Keys, AreTakenAsTheStandardHasThem) {
+TEST_F(Keys, AreReadAsTheStandardSays) {
   EXPECT_EQ(call("GET", "/v1/jobs", {{"Authorization", "bearer " + alice_.text}}).status, 200);
   EXPECT_EQ(call("GET", "/v1/jobs", {{"authorization", "BEARER " + alice_.text}}).status, 200);
   for (const std::string& wrong :
@@ -94,7 +94,7 @@ TEST_F(Keys, AreTakenAsTheStandardHasThem) {
   EXPECT_EQ(call("GET", "/v1/jobs", two).code(), "request_malformed");
 }
 
-TEST_F(Keys, ThatAreWrongAreAllAnsweredAlike) {
+TEST_F(Keys, ThatAreInvalidAllGetTheSameAnswer) {
   const auto answer = [&](const std::string& key) {
     auto response = call("GET", "/v1/jobs", {{"Authorization", "Bearer " + key}, {"X-Request-Id", "same"}});
     response.headers.erase("date");
@@ -105,10 +105,10 @@ TEST_F(Keys, ThatAreWrongAreAllAnsweredAlike) {
   EXPECT_EQ(answer("nonsense"), of_unknown_id);
 }
 
-TEST_F(Keys, AreAskedForBeforeTheBodyIsSent) {
+TEST_F(Keys, AreCheckedBeforeTheBodyIsSent) {
   RawConnection patient(server_->port());
   patient.send("POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Length: 1000000\r\nExpect: 100-continue\r\n\r\n");
-  EXPECT_EQ(patient.receive().status, 401) << "not 100: the body is not wanted";
+  EXPECT_EQ(patient.receive().status, 401) << "not 100, as the body is not needed";
 
   RawConnection hasty(server_->port());
   hasty.send("POST /v1/jobs HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n");
@@ -124,7 +124,7 @@ TEST_F(Keys, AreAskedForBeforeTheBodyIsSent) {
   EXPECT_EQ(right.receive().status, 100);
 }
 
-TEST_F(Keys, SeeTheirOwnJobsAndAreToldNothingOfOthers) {
+TEST_F(Keys, SeeOnlyTheirOwnJobs) {
   const std::string job = finished(alice_), id = job.substr(job.rfind('/') + 1);
   EXPECT_TRUE(listed(alice_).contains(id));
   EXPECT_FALSE(listed(bob_).contains(id));
@@ -149,11 +149,11 @@ TEST_F(Keys, SeeTheirOwnJobsAndAreToldNothingOfOthers) {
   EXPECT_EQ(call("GET", job, alice_.bearer()).json()["state"], "succeeded") << "another key cancelled or deleted it";
 }
 
-TEST_F(Keys, DoNotLearnFromIdsThatOthersSentTheSame) {
-  const std::string query = "sweeps=2&seed=77";  // of no other test here
+TEST_F(Keys, CannotTellFromIdsThatOthersSentTheSameMesh) {
+  const std::string query = "sweeps=2&seed=77";  // used by no other test here
   const std::string of_alice = finished(alice_, query), of_bob = finished(bob_, query);
   EXPECT_NE(of_alice, of_bob);
-  EXPECT_EQ(of_alice.size(), of_bob.size()) << "a suffix would say that the id was taken";
+  EXPECT_EQ(of_alice.size(), of_bob.size()) << "a suffix would reveal that the id was taken";
   const auto mesh = call("GET", of_alice + "/mesh", alice_.bearer());
   ASSERT_EQ(mesh.status, 200);
   EXPECT_TRUE(mesh.body == call("GET", of_bob + "/mesh", bob_.bearer()).body) << "the same bytes for everyone";
@@ -161,14 +161,14 @@ TEST_F(Keys, DoNotLearnFromIdsThatOthersSentTheSame) {
   call("DELETE", of_bob, bob_.bearer());
 }
 
-TEST_F(Keys, HaveIdempotencyKeysOfTheirOwn) {
+TEST_F(Keys, HaveTheirOwnIdempotencyKeys) {
   const Headers once = {{"Idempotency-Key", "the-first"}};
   const auto first = submit(alice_, once);
   EXPECT_EQ(submit(alice_, once)["id"], first["id"]);
   EXPECT_NE(submit(bob_, once)["id"], first["id"]);
 }
 
-TEST_F(Keys, CursorsOfOthersShowNothingOfTheirs) {
+TEST_F(Keys, CannotUseTheCursorsOfOthersToSeeTheirJobs) {
   finished(alice_);
   finished(alice_);
   const auto page = call("GET", "/v1/jobs?limit=1", alice_.bearer()).json();
@@ -178,7 +178,7 @@ TEST_F(Keys, CursorsOfOthersShowNothingOfTheirs) {
   for (const auto& job : others["jobs"]) EXPECT_TRUE(own.contains(job["id"]));
 }
 
-TEST_F(Keys, ReadMetricsOnlyWhereTheyMay) {
+TEST_F(Keys, ReadMetricsOnlyWhenAllowed) {
   const Headers far = {{"X-Forwarded-For", "203.0.113.1"}};
   EXPECT_EQ(call("GET", "/metrics").status, 200) << "this machine";
   EXPECT_EQ(call("GET", "/metrics", far).status, 401);
@@ -187,7 +187,7 @@ TEST_F(Keys, ReadMetricsOnlyWhereTheyMay) {
   EXPECT_EQ(call("GET", "/metrics", operator_.with(far)).status, 200);
 }
 
-TEST_F(Keys, NeverStandInTheLog) {
+TEST_F(Keys, AreNeverLogged) {
   call("GET", "/v1/jobs", alice_.bearer());
   call("GET", "/v1/jobs?key=" + alice_.text + "&auth=Bearer%20" + bob_.text);
   call("GET", "/" + bob_.text, {{"X-Request-Id", "a-key-in-the-path"}});
@@ -198,10 +198,10 @@ TEST_F(Keys, NeverStandInTheLog) {
     EXPECT_EQ(log.find(key.text.substr(key.text.rfind('_') + 1)), std::string::npos);
     EXPECT_EQ(log.find(key.entry["sha256"].get<std::string>()), std::string::npos);
   }
-  EXPECT_NE(log.find("key=" + alice_.id()), std::string::npos) << "but whose call it was";
+  EXPECT_NE(log.find("key=" + alice_.id()), std::string::npos) << "the log names the key's id";
 }
 
-TEST_F(Keys, OpenTheServiceToTheCommandLine) {
+TEST_F(Keys, WorkWithTheCommandLine) {
   const TemporaryFolder folder;
   const std::string file = (folder.path() / "key").string(), empty = (folder.path() / "empty").string();
   std::ofstream(file) << alice_.text << "\n";
@@ -279,7 +279,7 @@ Finished serve(const std::vector<std::string>& flags) {
   return run_program(command);
 }
 
-TEST(KeyConfiguration, IsRefusedWhereItDoesNotMakeSense) {
+TEST(KeyConfiguration, IsRefusedWhenItIsContradictory) {
   const TestKeyFile file({make_test_key("alice")});
   const std::vector<std::vector<std::string>> refused = {{"--keys", file.path(), "--open"},
                                                          {"--host", "0.0.0.0"},
@@ -297,7 +297,7 @@ TEST(KeyConfiguration, IsRefusedWhereItDoesNotMakeSense) {
   }
 }
 
-TEST(KeyConfiguration, ABrokenFileKeepsTheServiceFromStarting) {
+TEST(KeyConfiguration, AnInvalidFileKeepsTheServiceFromStarting) {
   TestKey key = make_test_key("alice");
   key.entry["max_quued"] = 5;
   const TestKeyFile file({key});
@@ -313,7 +313,7 @@ TEST(KeyConfiguration, ABrokenFileKeepsTheServiceFromStarting) {
   EXPECT_NE(writable.errors.find("can write the file"), std::string::npos) << writable.errors;
 }
 
-TEST(KeyConfiguration, WarnsOfAFileThatOthersCanRead) {
+TEST(KeyConfiguration, WarnsAboutAFileThatOthersCanRead) {
   const TestKeyFile file({make_test_key("alice")});
   fs::permissions(file.path(), fs::perms::others_read, fs::perm_options::add);
   ServerProcess server(

@@ -9,7 +9,7 @@ using std::chrono::seconds;
 
 const Headers kObj = {{"Content-Type", "model/obj"}};
 
-/// No workers, so that jobs wait; every limit has a key that meets it first.
+/// A service without workers, so that jobs stay queued. Each limit has a key that reaches it first.
 class Limits : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -47,28 +47,28 @@ class Limits : public ::testing::Test {
   static inline std::unique_ptr<ServerProcess> server_;
 };
 
-TEST_F(Limits, CallsOfAKeyComeAtItsRate) {
+TEST_F(Limits, CallsOfAKeyAreLimitedToItsRate) {
   for (int i = 0; i < 3; ++i) EXPECT_EQ(call("GET", "/v1/jobs", slow_.bearer()).status, 200);
   const auto refused = call("GET", "/v1/jobs", slow_.bearer());
   EXPECT_EQ(refused.status, 429);
   EXPECT_EQ(refused.code(), "rate_limited");
   EXPECT_GE(retry_after(refused), 1);
-  EXPECT_LE(retry_after(refused), 2) << "one call in two seconds";
+  EXPECT_LE(retry_after(refused), 2) << "one call per two seconds";
   EXPECT_EQ(call("POST", "/v1/jobs", slow_.with(kObj), small_obj()).code(), "rate_limited");
   EXPECT_EQ(call("GET", "/healthz", slow_.bearer()).status, 200) << "probes are not counted";
-  EXPECT_EQ(call("GET", "/v1/jobs", free_.bearer()).status, 200) << "nor do others pay";
+  EXPECT_EQ(call("GET", "/v1/jobs", free_.bearer()).status, 200) << "other keys are not affected";
   const auto start = std::chrono::steady_clock::now();
   EXPECT_TRUE(eventually([] { return call("GET", "/v1/jobs", slow_.bearer()).status == 200; }, seconds(5)));
-  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(retry_after(refused) + 1)) << "as Retry-After had it";
+  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(retry_after(refused) + 1)) << "as Retry-After said";
 }
 
-TEST_F(Limits, JobsOfAKeyComeAtItsRate) {
+TEST_F(Limits, JobsOfAKeyAreLimitedToItsRate) {
   EXPECT_EQ(submit(jobs_, 1).status, 202);
   EXPECT_EQ(submit(jobs_, 2).status, 202);
   const auto refused = submit(jobs_, 3);
   EXPECT_EQ(refused.code(), "rate_limited");
   EXPECT_GT(retry_after(refused), 20);
-  EXPECT_LE(retry_after(refused), 30) << "two a minute";
+  EXPECT_LE(retry_after(refused), 30) << "two per minute";
   EXPECT_EQ(call("GET", "/v1/jobs", jobs_.bearer()).status, 200);
 }
 
@@ -80,18 +80,18 @@ TEST_F(Limits, CallsWithoutAKeyAreCountedByAddress) {
   EXPECT_EQ(from("203.0.113.1", "/openapi.json").status, 200);
   const auto refused = from("203.0.113.1");
   EXPECT_EQ(refused.code(), "rate_limited");
-  EXPECT_GT(retry_after(refused), 40) << "one in fifty seconds";
-  EXPECT_EQ(from("198.51.100.1, 203.0.113.1").code(), "rate_limited") << "what a client says of itself is nothing";
+  EXPECT_GT(retry_after(refused), 40) << "one per fifty seconds";
+  EXPECT_EQ(from("198.51.100.1, 203.0.113.1").code(), "rate_limited") << "addresses that a client claims do not count";
   EXPECT_EQ(from("203.0.113.2").status, 401);
   EXPECT_EQ(from("2001:db8::1").status, 401);
   EXPECT_EQ(from("2001:db8::2").status, 401);
-  EXPECT_EQ(from("2001:db8::3").status, 429) << "all of a network are one subscriber";
+  EXPECT_EQ(from("2001:db8::3").status, 429) << "a network is one subscriber";
   EXPECT_EQ(from("203.0.113.1", "/readyz").status, 200);
   const Headers with_key = free_.with({{"X-Forwarded-For", "203.0.113.1"}});
-  EXPECT_EQ(call("GET", "/v1/jobs", with_key).status, 200) << "who has a key is not held up by the neighbours";
+  EXPECT_EQ(call("GET", "/v1/jobs", with_key).status, 200) << "a caller with a key is not affected by its neighbours";
 }
 
-TEST_F(Limits, AKeyHasSoManyJobsWaiting) {
+TEST_F(Limits, QueuedJobsOfAKeyAreLimited) {
   const auto first = submit(queue_, 1);
   EXPECT_EQ(first.status, 202);
   EXPECT_EQ(submit(queue_, 2).status, 202);
@@ -104,7 +104,7 @@ TEST_F(Limits, AKeyHasSoManyJobsWaiting) {
   EXPECT_EQ(submit(queue_, 3).status, 202);
 }
 
-TEST_F(Limits, UploadsOfAKeyAreBoundedByHeadAndByCount) {
+TEST_F(Limits, UploadsOfAKeyAreLimitedByTheirLengthAndWhileTheyArrive) {
   const std::string long_obj = small_obj() + "#" + std::string(1'200'000, ' ') + "\n";
   EXPECT_EQ(submit(bytes_, 1, long_obj).code(), "payload_too_large");
   EXPECT_EQ(submit(free_, 1, long_obj).status, 202);
@@ -126,7 +126,7 @@ TEST_F(Limits, UploadsOfAKeyAreBoundedByHeadAndByCount) {
   EXPECT_EQ(chunks.receive().code(), "payload_too_large");
 }
 
-TEST_F(Limits, MeshesOfAKeyHaveSoManyFaces) {
+TEST_F(Limits, FacesOfAKeysMeshesAreLimited) {
   const auto refused = submit(faces_, 1);
   EXPECT_EQ(refused.status, 413);
   EXPECT_EQ(refused.code(), "mesh_too_large");
@@ -134,7 +134,7 @@ TEST_F(Limits, MeshesOfAKeyHaveSoManyFaces) {
   EXPECT_EQ(submit(faces_, 1, obj_text(cube(2))).status, 202);
 }
 
-TEST_F(Limits, AKeyKeepsSoManyBytes) {
+TEST_F(Limits, StoredBytesOfAKeyAreLimited) {
   RawResponse response;
   int taken = 0;
   while (taken < 30 && (response = submit(stored_, taken)).status == 202) ++taken;
@@ -145,10 +145,10 @@ TEST_F(Limits, AKeyKeepsSoManyBytes) {
   const auto kept = call("GET", "/v1/jobs", stored_.bearer()).json()["jobs"];
   EXPECT_EQ(kept.size(), static_cast<std::size_t>(taken));
   call("DELETE", "/v1/jobs/" + kept[0]["id"].get<std::string>(), stored_.bearer());
-  EXPECT_EQ(submit(stored_, 100).status, 202) << "what is deleted makes room";
+  EXPECT_EQ(submit(stored_, 100).status, 202) << "deleting jobs makes room";
 }
 
-TEST_F(Limits, AKeyHasSoManyStreams) {
+TEST_F(Limits, StreamsOfAKeyAreLimited) {
   const std::string events = submit(streams_, 1).header("location") + "/events";
   {
     RawConnection first(server_->port());
@@ -169,7 +169,7 @@ TEST_F(Limits, AKeyHasSoManyStreams) {
   }));
 }
 
-TEST(ServiceLimits, AFullQueueSaysWhenToComeBack) {
+TEST(ServiceLimits, AFullQueueSaysWhenToTryAgain) {
   ServerProcess server({"--workers", "0", "--max-connections", "16", "--max-streams", "4", "--max-queued", "1"});
   server.submit(small_obj(), "seed=1");
   const auto refused = exchange(server.port(), "POST", "/v1/jobs?seed=2", kObj, small_obj());
@@ -211,7 +211,7 @@ class AddressConnections : public ::testing::Test {
     RawConnection connection(port(), source);
     connection.send(raw_request("GET", "/healthz"));
     EXPECT_EQ(connection.receive().status, 200);
-    connection.send("GET /hea");  // a head without end
+    connection.send("GET /hea");  // an incomplete head
     return connection;
   }
   RawResponse one_more(const std::string& source) const {
@@ -226,7 +226,7 @@ class AddressConnections : public ::testing::Test {
 
 class UntrustedConnections : public AddressConnections {};
 
-TEST_F(UntrustedConnections, OverTheBoundAreRefusedAndOtherAddressesServed) {
+TEST_F(UntrustedConnections, AreRefusedOverTheLimitAndOtherAddressesAreServed) {
   {
     std::vector<RawConnection> held;
     for (int i = 0; i < kBound; ++i) held.push_back(busy("127.0.0.2"));
@@ -247,7 +247,7 @@ class TrustedConnections : public AddressConnections {
   TrustedConnections() : AddressConnections({"--trusted-proxy", "127.0.0.2"}) {}
 };
 
-TEST_F(TrustedConnections, OfAProxyAreNotBound) {
+TEST_F(TrustedConnections, OfAProxyAreNotLimited) {
   std::vector<RawConnection> held;
   for (int i = 0; i < 3 * kBound; ++i) held.push_back(busy("127.0.0.2"));
   EXPECT_EQ(one_more("127.0.0.2").status, 200);

@@ -15,7 +15,7 @@ class OpenApi : public ServiceTest {
   static nlohmann::json document() { return call("GET", "/openapi.json").json(); }
 };
 
-TEST_F(OpenApi, HasEveryRouteAndNoOther) {
+TEST_F(OpenApi, HasExactlyTheRoutes) {
   const auto paths = document()["paths"];
   std::set<std::string> described, routed;
   for (const auto& [path, operations] : paths.items()) {
@@ -71,7 +71,7 @@ TEST_F(OpenApi, CodesOfRoutesAreInTheTableOfErrors) {
   }
 }
 
-/// Every code that the server's own sources name exists, so that none turns into `internal`.
+/// Every code in the server's sources must exist, as an unknown code becomes `internal`.
 TEST_F(OpenApi, CodesThatTheServerThrowsAreInTheTableOfErrors) {
   std::size_t found = 0;
   for (const auto& entry :
@@ -91,7 +91,7 @@ TEST_F(OpenApi, CodesThatTheServerThrowsAreInTheTableOfErrors) {
   EXPECT_GT(found, 20U);
 }
 
-TEST_F(OpenApi, ProblemsThatAreMetAreDocumentedWhereTheyAreMet) {
+TEST_F(OpenApi, RoutesDocumentTheProblemsThatTheyReturn) {
   const auto whole = document();
   const auto documented = [&](const std::string& path, const std::string& method, const RawResponse& response) {
     const auto& responses = whole["paths"][path][method]["responses"];

@@ -9,7 +9,7 @@ namespace {
 
 using std::chrono::seconds;
 
-TEST(Process, PortInUseIsAnError) {
+TEST(Process, APortInUseIsAnError) {
   ServerProcess server({"--workers", "0", "--max-connections", "16", "--max-streams", "4"});
   const TemporaryFolder folder;
   const auto second = run_program({CREASED_BIN, "serve", "--workers", "0", "--port", std::to_string(server.port()),
@@ -19,7 +19,7 @@ TEST(Process, PortInUseIsAnError) {
   EXPECT_NE(second.errors.find(std::to_string(server.port())), std::string::npos) << second.errors;
 }
 
-TEST(Process, ListensToOthersOnlyWhenToldThatItIsOpen) {
+TEST(Process, ListensBeyondLoopbackOnlyWithKeysOrOpen) {
   const auto refused = run_program({CREASED_BIN, "serve", "--host", "0.0.0.0", "--port", "0"});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_NE(refused.errors.find("--open"), std::string::npos) << refused.errors;
@@ -28,7 +28,7 @@ TEST(Process, ListensToOthersOnlyWhenToldThatItIsOpen) {
   EXPECT_EQ(open.get("/healthz").status, 200);
 }
 
-TEST(Process, WrongFlagsAreUsageErrors) {
+TEST(Process, InvalidFlagsAreUsageErrors) {
   EXPECT_EQ(run_program({CREASED_BIN}).exit_code, 2);
   EXPECT_EQ(run_program({CREASED_BIN, "serve", "--no-such-flag"}).exit_code, 2);
   EXPECT_EQ(run_program({CREASED_BIN, "serve", "--port", "65536"}).exit_code, 2);
@@ -61,7 +61,7 @@ TEST(Process, TakesOptionsFromAFile) {
   EXPECT_EQ(response.code(), "payload_too_large");
 }
 
-TEST(Process, DrainsOnTermWithStreamsAndIdleConnectionsOpen) {
+TEST(Process, DrainsOnSigtermWithOpenStreamsAndIdleConnections) {
   ServerProcess server({"--workers", "1", "--max-connections", "32", "--max-streams", "8"});
   const auto job = server.submit(obj_text(icosphere(4)), kLong);
   server.wait_for_state(job["id"], "running");
@@ -80,7 +80,7 @@ TEST(Process, DrainsOnTermWithStreamsAndIdleConnectionsOpen) {
   EXPECT_NE(server.log().find("draining"), std::string::npos);
 }
 
-TEST(Process, PutsRunningJobsBackAndAnotherServerGoesOnWithThem) {
+TEST(Process, ReturnsRunningJobsToTheQueueForTheNextServer) {
   const TemporaryFolder folder;
   const std::vector<std::string> flags = {
       "--data-dir", (folder.path() / "shared").string(), "--workers", "1", "--max-connections", "32", "--max-streams",
@@ -96,7 +96,7 @@ TEST(Process, PutsRunningJobsBackAndAnotherServerGoesOnWithThem) {
   ServerProcess second(flags);
   const auto job = second.wait_for_end(id);
   EXPECT_EQ(job["state"], "succeeded");
-  EXPECT_EQ(job["attempt"], 1) << "what was put back does not count";
+  EXPECT_EQ(job["attempt"], 1) << "an attempt returned to the queue does not count";
 }
 
 TEST(Process, RefusesNewJobsWhileItDrains) {
@@ -104,7 +104,7 @@ TEST(Process, RefusesNewJobsWhileItDrains) {
   RawConnection late(server.port());
   const std::string request = raw_request("POST", "/v1/jobs?sweeps=1", {{"Content-Type", "model/obj"}}, small_obj());
   late.send(request.substr(0, 40));
-  // A second connection that the drain has to end shows that it has begun.
+  // The drain closes this idle connection, which shows that it has started.
   RawConnection idle(server.port());
   idle.send(raw_request("GET", "/healthz"));
   ASSERT_EQ(idle.receive().status, 200);
@@ -116,7 +116,7 @@ TEST(Process, RefusesNewJobsWhileItDrains) {
   EXPECT_EQ(server.wait(), 0);
 }
 
-TEST(Process, LogsOneJsonObjectALine) {
+TEST(Process, LogsOneJsonObjectPerLine) {
   ServerProcess server({"--workers", "1", "--log-format", "json", "--max-connections", "32", "--max-streams", "8"});
   server.get("/nowhere%0A%22quoted%22", {{"X-Request-Id", "find-me"}});
   server.wait_for_end(server.submit(small_obj(), kQuick + "&name=%22%0a%ff.obj")["id"]);
@@ -140,7 +140,7 @@ TEST(Process, LogsOneJsonObjectALine) {
   EXPECT_GE(requests, 3U);
 }
 
-TEST(Process, LogsOneTextLineARequest) {
+TEST(Process, LogsOneTextLinePerRequest) {
   ServerProcess server({"--workers", "0", "--max-connections", "16", "--max-streams", "4"});
   server.get("/healthz", {{"X-Request-Id", "one-line"}});
   ASSERT_TRUE(eventually([&] { return server.log().find("id=one-line") != std::string::npos; }));

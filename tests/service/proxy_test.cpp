@@ -35,7 +35,7 @@ int free_port() {
   return ntohs(address.sin_port);
 }
 
-/// Debian's nginx with docker/nginx.conf, of which only ports and paths are others here.
+/// Debian's nginx with docker/nginx.conf. Only ports and paths are changed.
 class Nginx {
  public:
   explicit Nginx(int upstream) : http_(free_port()), https_(free_port()) {
@@ -121,10 +121,10 @@ class Proxy : public ::testing::Test {
     file_.reset();
   }
   void SetUp() override {
-    if (nginx_ == nullptr) GTEST_SKIP() << "there is no nginx here";
+    if (nginx_ == nullptr) GTEST_SKIP() << "nginx is not installed";
   }
 
-  /// curl through the proxy; head and body of the answer.
+  /// Calls curl through the proxy. Returns head and body of the answer.
   static std::string curl(const std::string& target, std::vector<std::string> more = {},
                           const std::string& key = key_.text) {
     std::vector<std::string> command = {"/usr/bin/curl", "--silent",
@@ -161,14 +161,14 @@ class Proxy : public ::testing::Test {
   static inline std::unique_ptr<Nginx> nginx_;
 };
 
-TEST_F(Proxy, SendsPlainHttpToTls) {
+TEST_F(Proxy, RedirectsPlainHttpToTls) {
   const auto response = exchange(nginx_->http(), "GET", "/v1/jobs?limit=1");
   EXPECT_EQ(response.status, 308);
   EXPECT_TRUE(response.header("location").starts_with("https://localhost:")) << response.header("location");
   EXPECT_TRUE(response.header("location").ends_with("/v1/jobs?limit=1"));
 }
 
-TEST_F(Proxy, TakesJobsAndHandsOutTheirResultsInRanges) {
+TEST_F(Proxy, ServesJobsAndTheirResultsInRanges) {
   const std::string job = submit(kQuick, small_obj());
   const std::string events = curl(job + "/events", {"--no-buffer"});
   EXPECT_TRUE(has(events, "event: succeeded")) << events;
@@ -183,7 +183,7 @@ TEST_F(Proxy, TakesJobsAndHandsOutTheirResultsInRanges) {
   EXPECT_FALSE(has(health, "nginx/")) << "no version";
 }
 
-TEST_F(Proxy, LetsEventsThroughAsTheyHappen) {
+TEST_F(Proxy, PassesEventsOnAtOnce) {
   const std::string job = submit(kLong, obj_text(icosphere(4)));
   const std::string file = nginx_->path("events");
   const std::string command =
@@ -205,7 +205,7 @@ TEST_F(Proxy, LetsEventsThroughAsTheyHappen) {
   ::waitpid(pid, nullptr, 0);
 }
 
-TEST_F(Proxy, RefusesUploadsThatAreTooBig) {
+TEST_F(Proxy, RefusesUploadsThatAreTooLarge) {
   const std::string big = write_mesh(std::string(9'000'000, ' '));
   const std::string ours =
       curl("/v1/jobs", {"--header", "Content-Type: model/obj", "--header", "Expect:", "--data-binary", "@" + big});
@@ -225,13 +225,13 @@ TEST_F(Proxy, AsksForAKeyAndHidesTheMetrics) {
   EXPECT_TRUE(has(curl("/metrics"), " 404"));
 }
 
-TEST_F(Proxy, TellsWhoCallsAndBelievesNoClient) {
+TEST_F(Proxy, PassesOnTheClientsAddressAndIgnoresItsClaims) {
   curl("/v1/parameters", {"--header", "X-Forwarded-For: 203.0.113.66", "--header", "X-Request-Id: through-the-proxy"});
   ASSERT_TRUE(eventually([] { return server_->log().find("through-the-proxy") != std::string::npos; }));
-  EXPECT_EQ(server_->log().find("203.0.113.66"), std::string::npos) << "the proxy drops what the client says of itself";
+  EXPECT_EQ(server_->log().find("203.0.113.66"), std::string::npos) << "the proxy drops what the client claims";
   server_->get("/v1/parameters", key_.with({{"X-Forwarded-For", "203.0.113.67"}}));
   EXPECT_TRUE(eventually([] { return server_->log().find("\"remote\":\"203.0.113.67\"") != std::string::npos; }))
-      << "but creased believes the proxy";
+      << "but creased trusts the proxy";
 }
 
 TEST_F(Proxy, ServesTheCommandLine) {

@@ -119,7 +119,7 @@ TEST_F(Requests, AreAnsweredWithStatusTypeAndCodeOfTheTable) {
   }
 }
 
-TEST_F(Requests, ProblemsSayWhatWasExpectedOfWhichField) {
+TEST_F(Requests, ProblemsNameTheFieldAndTheExpectedValue) {
   const auto problem = call("POST", "/v1/jobs?likelihood_weight=-1", kObj, small_obj()).json();
   EXPECT_EQ(problem["status"], 400);
   EXPECT_EQ(problem["code"], "parameter_out_of_range");
@@ -129,7 +129,7 @@ TEST_F(Requests, ProblemsSayWhatWasExpectedOfWhichField) {
   EXPECT_FALSE(problem["title"].get<std::string>().empty());
 }
 
-TEST_F(Requests, WrongMethodsAreToldTheRightOnes) {
+TEST_F(Requests, UnsupportedMethodsGetTheListOfSupportedOnes) {
   EXPECT_EQ(call("PATCH", "/v1/jobs").header("allow"), "POST, GET, HEAD, OPTIONS");
   EXPECT_EQ(call("POST", "/v1/jobs/nope").header("allow"), "GET, HEAD, DELETE, OPTIONS");
   EXPECT_EQ(call("OPTIONS", "/v1/jobs/nope/cancel").header("allow"), "POST, OPTIONS");
@@ -145,7 +145,7 @@ TEST_F(Requests, HeadHasTheHeadersOfGetAndNoBody) {
   EXPECT_EQ(connection.receive().json()["status"], "ok") << "the answer to HEAD had a body";
 }
 
-TEST_F(Requests, CarryTheirIdThroughWhenItIsSane) {
+TEST_F(Requests, KeepTheirIdWhenItIsValid) {
   EXPECT_EQ(call("GET", "/healthz", {{"X-Request-Id", "my-id.42"}}).header("x-request-id"), "my-id.42");
   const auto problem = call("GET", "/nowhere", {{"X-Request-Id", "the-one"}});
   EXPECT_EQ(problem.json()["request_id"], "the-one");

@@ -17,7 +17,7 @@ class Results : public ServiceTest {
   static inline nlohmann::json job_;
 };
 
-TEST_F(Results, MeshComesInEveryFormatWithTheVerticesAndFacesOfTheUpload) {
+TEST_F(Results, MeshHasTheUploadsVerticesAndFacesInEveryFormat) {
   for (const Format* row : mesh_formats()) {
     const std::string format(row->name);
     SCOPED_TRACE(format);
@@ -53,7 +53,7 @@ TEST_F(Results, FormatFollowsAccept) {
   EXPECT_EQ(call("GET", self() + "/mesh?format=off", {{"Accept", "image/png"}}).status, 200);
 }
 
-TEST_F(Results, AreNotSentAgainToAClientThatHasThem) {
+TEST_F(Results, AreNotSentAgainToAClientWithACurrentCopy) {
   const auto first = call("GET", self() + "/mesh");
   const std::string etag = first.header("etag");
   ASSERT_TRUE(etag.starts_with("\"") && etag.size() > 10) << etag;
@@ -72,7 +72,7 @@ struct RangeCase {
   std::size_t first, count;
 };
 
-TEST_F(Results, ComeInRanges) {
+TEST_F(Results, AreServedInRanges) {
   const std::string whole = call("GET", self() + "/mesh?format=obj").body;
   const std::size_t size = whole.size();
   const std::string target = self() + "/mesh?format=obj";
@@ -118,14 +118,14 @@ TEST_F(Results, AreSentWholeWhenIfRangeIsOutdated) {
   EXPECT_EQ(part("Wed, 21 Oct 2015 07:28:00 GMT").body, whole.body);
 }
 
-TEST_F(Results, AThousandRangesAreOneAnswer) {
+TEST_F(Results, AThousandRangesGetTheWholeFile) {
   std::string ranges = "bytes=0-";
   for (int i = 0; i < 1'500; ++i) ranges += ",0-";
   const auto response = call("GET", self() + "/mesh", {{"Range", ranges}});
   EXPECT_EQ(response.body, call("GET", self() + "/mesh").body);
 }
 
-TEST_F(Results, HeadSaysHowLongTheMeshIs) {
+TEST_F(Results, HeadTellsTheSizeOfTheMesh) {
   const auto head = call("HEAD", self() + "/mesh?format=obj", {{"Range", "bytes=0-3"}});
   const auto get = call("GET", self() + "/mesh?format=obj");
   EXPECT_EQ(head.status, 200);
@@ -154,7 +154,7 @@ TEST_F(Results, LabelsAreTheSameInEveryFormat) {
   EXPECT_EQ(std::count(csv.body.begin(), csv.body.end(), '\n'), 289);
 }
 
-TEST_F(Results, LabelsAreFilteredByTheirSize) {
+TEST_F(Results, LabelsAreFilteredByTheirValue) {
   const auto all = call("GET", self() + "/labels").json();
   const auto some = call("GET", self() + "/labels?min=0.5").json();
   const auto expected = std::count_if(all["labels"].begin(), all["labels"].end(),
@@ -164,7 +164,7 @@ TEST_F(Results, LabelsAreFilteredByTheirSize) {
   for (const auto& label : some["labels"]) EXPECT_GE(label.get<double>(), 0.5);
 }
 
-TEST_F(Results, RidgesComeAsJsonAndGlb) {
+TEST_F(Results, RidgesAreServedAsJsonAndGlb) {
   const auto json = call("GET", self() + "/ridges");
   ASSERT_EQ(json.status, 200) << json.body;
   EXPECT_EQ(json.header("content-type"), "application/json");
@@ -192,7 +192,7 @@ TEST_F(Results, RidgesComeAsJsonAndGlb) {
   EXPECT_EQ(job_["links"]["ridges"], self() + "/ridges");
 }
 
-TEST_F(Results, MeshesTellClassesAndSegments) {
+TEST_F(Results, MeshesContainClassesAndSegments) {
   const auto mesh = call("GET", self() + "/mesh?format=json").json();
   EXPECT_EQ(mesh["classes"].size(), mesh["positions"].size());
   EXPECT_EQ(mesh["segments"].size(), mesh["triangles"].size());
@@ -202,7 +202,7 @@ TEST_F(Results, MeshesTellClassesAndSegments) {
   EXPECT_NE(glb.find("_SEGMENT"), std::string::npos);
 }
 
-TEST_F(Results, ReportTellsTheEnergyOfEverySweep) {
+TEST_F(Results, ReportContainsTheEnergyOfEverySweep) {
   const auto report = call("GET", self() + "/report").json();
   EXPECT_EQ(report["sweeps"].size(), 3U);
   for (const auto& sweep : report["sweeps"]) EXPECT_GT(sweep["energy"]["total"].get<double>(), -1e9);
@@ -213,7 +213,7 @@ TEST_F(Results, ReportTellsTheEnergyOfEverySweep) {
   EXPECT_EQ(message.sweeps_size(), 3);
 }
 
-TEST_F(Results, OfAJobThatRunsAreRefusedExceptItsSnapshot) {
+TEST_F(Results, OfARunningJobAreRefusedExceptItsSnapshot) {
   const auto running = server().submit(obj_text(icosphere(4)), kLong);
   for (const std::string part : {"/mesh", "/labels", "/ridges", "/report"}) {
     const auto response = call("GET", path_of(running) + part);

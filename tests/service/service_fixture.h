@@ -18,16 +18,16 @@ inline std::string obj_text(const Mesh& mesh) {
   return text;
 }
 
-/// A cube of 192 faces, smoothed in a blink with `kQuick`.
+/// A cube with 192 faces, which `kQuick` smooths at once.
 inline const std::string& small_obj() {
   static const std::string text = obj_text(cube(4));
   return text;
 }
 inline const std::string kQuick = "sweeps=3";
-/// Work for minutes, so that a test can do something while it runs.
+/// Parameters for a job of minutes, so that a test can act while it runs.
 inline const std::string kLong = "sweeps=100000";
 
-/// One server for the tests of a suite, with few threads so that it starts fast.
+/// A server for the tests of a suite, with few threads so that it starts fast.
 class ServiceTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {

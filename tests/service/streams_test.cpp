@@ -14,7 +14,7 @@ std::vector<RawConnection> open_streams(int port, const std::string& id, int cou
   return streams;
 }
 
-TEST(Streams, ThreeHundredOpenLeaveOtherCallsAnswered) {
+TEST(Streams, ThreeHundredOpenStreamsDoNotBlockOtherCalls) {
   ServerProcess server({"--workers", "1"});
   const auto job = server.submit(obj_text(icosphere(4)), kLong);
   auto streams = open_streams(server.port(), job["id"], 300);
@@ -34,7 +34,7 @@ TEST(Streams, ThreeHundredOpenLeaveOtherCallsAnswered) {
   }
 }
 
-TEST(Streams, OverTheBoundAreRefusedUntilOneIsFree) {
+TEST(Streams, AreRefusedOverTheLimitUntilOneIsFree) {
   ServerProcess server({"--workers", "0", "--max-streams", "5", "--max-connections", "32"});
   const std::string id = server.submit(small_obj(), kQuick)["id"];
   auto streams = open_streams(server.port(), id, 5);

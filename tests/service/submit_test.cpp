@@ -23,7 +23,7 @@ class Submit : public ServiceTest {
   }
 };
 
-TEST_F(Submit, TakesRawMultipartAndProtobufToTheSameResult) {
+TEST_F(Submit, AcceptsRawMultipartAndProtobufWithTheSameResult) {
   const auto raw = call("POST", "/v1/jobs?sweeps=3&name=cube.obj", {{"Content-Type", "model/obj"}}, small_obj());
   const auto form = post_form(port(), "/v1/jobs",
                               {{"mesh", small_obj(), "cube.obj", "application/octet-stream"},
@@ -88,7 +88,7 @@ TEST_F(Submit, GuessesTheFormatFromNameThenBytes) {
   EXPECT_EQ(call("POST", "/v1/jobs?sweeps=1", {}, off).json()["input"]["format"], "off");
 }
 
-TEST_F(Submit, TakesChunkedBodies) {
+TEST_F(Submit, AcceptsChunkedBodies) {
   RawConnection connection(port());
   connection.send(
       "POST /v1/jobs?sweeps=1 HTTP/1.1\r\nHost: x\r\nContent-Type: model/obj\r\n"
@@ -102,7 +102,7 @@ TEST_F(Submit, TakesChunkedBodies) {
   const auto response = connection.receive();
   ASSERT_EQ(response.status, 202) << response.body;
   EXPECT_EQ(response.json()["input"]["bytes"], mesh.size());
-  EXPECT_EQ(connection.receive().status, 200) << "the connection lives on";
+  EXPECT_EQ(connection.receive().status, 200) << "the connection stays open";
 }
 
 TEST_F(Submit, AnswersExpectContinueBeforeTheBody) {
@@ -122,7 +122,7 @@ TEST_F(Submit, AnswersExpectContinueBeforeTheBody) {
   EXPECT_EQ(response.header("connection"), "close");
 }
 
-TEST_F(Submit, MergesParametersOfQueryAndBodyButNotTheSameTwice) {
+TEST_F(Submit, MergesParametersOfQueryAndBodyButRefusesRepeatedOnes) {
   const std::vector<FormPart> parts = {{"mesh", small_obj(), "a.obj", ""}, {"parameters", R"({"sweeps": 2})", "", ""}};
   const auto job = post_form(port(), "/v1/jobs?seed=7", parts).json();
   EXPECT_EQ(job["parameters"]["sweeps"], 2);
@@ -134,7 +134,7 @@ TEST_F(Submit, MergesParametersOfQueryAndBodyButNotTheSameTwice) {
   EXPECT_EQ(repeated.code(), "parameter_invalid");
 }
 
-TEST_F(Submit, RefusesFormsThatAreNotWhatItAskedFor) {
+TEST_F(Submit, RefusesInvalidForms) {
   const FormPart mesh = {"mesh", small_obj(), "a.obj", ""};
   EXPECT_EQ(post_form(port(), "/v1/jobs", {mesh, mesh}).code(), "multipart_invalid");
   EXPECT_EQ(post_form(port(), "/v1/jobs", {mesh, {"colour", "red", "", ""}}).code(), "multipart_part_unknown");
@@ -199,7 +199,7 @@ TEST_F(Submit, GivesTheSameBytesForTheSameMeshParametersAndSeed) {
   EXPECT_NE(mesh_of("sweeps=5&seed=2"), one);
 }
 
-TEST_F(Submit, LeavesNoUploadBehindThatWasRefused) {
+TEST_F(Submit, LeavesNothingOfARefusedUpload) {
   call("POST", "/v1/jobs", {{"Content-Type", "model/obj"}}, "v 0 0 nan\nf 1 1 1\n");
   RawConnection cut(port());
   cut.send("POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Type: model/obj\r\nContent-Length: 1000\r\n\r\nv 0 0 0\n");

@@ -24,7 +24,7 @@ class Weights : public ServiceTest {
   }
 };
 
-TEST_F(Weights, ComeInAFormOrAMessageAndChangeTheResult) {
+TEST_F(Weights, InAFormOrAMessageChangeTheResult) {
   const auto plain = call("POST", "/v1/jobs?sweeps=10&name=a.obj", {{"Content-Type", "model/obj"}}, small_obj());
   const auto form = post(uneven().dump()), spaced = post(uneven().dump(2));
   v1::SubmitJobRequest message;
@@ -48,7 +48,7 @@ TEST_F(Weights, ComeInAFormOrAMessageAndChangeTheResult) {
   EXPECT_NE(plain.json()["id"].get<std::string>().substr(0, 20), id.substr(0, 20));
 }
 
-TEST_F(Weights, AreRefusedWithFieldIndexValueAndWhatWasExpected) {
+TEST_F(Weights, AreRefusedWithFieldIndexValueAndExpectation) {
   nlohmann::json negative = uneven();
   negative[5] = -1;
   const auto problem = post(negative.dump()).json();
@@ -69,7 +69,7 @@ TEST_F(Weights, AreRefusedWithFieldIndexValueAndWhatWasExpected) {
   }
 }
 
-TEST_F(Weights, OfMessagesAreCheckedToo) {
+TEST_F(Weights, InMessagesAreCheckedToo) {
   v1::SubmitJobRequest message;
   message.set_mesh(small_obj());
   const auto code = [&] {
@@ -94,7 +94,7 @@ TEST_F(Weights, ArePartOfAnIdempotentRequest) {
   EXPECT_EQ(post(other.dump(), key).code(), "idempotency_conflict");
 }
 
-TEST_F(Weights, GoWithTheJobAndStayForItsNextAttempt) {
+TEST_F(Weights, AreStoredWithTheJobForItsNextAttempt) {
   const auto job = post(uneven().dump()).json();
   const auto file = server().data_dir() / "jobs" / job["id"].get<std::string>() / "weights.json";
   EXPECT_EQ(nlohmann::json::parse(read_file(file)), uneven());
@@ -106,7 +106,7 @@ TEST_F(Weights, GoWithTheJobAndStayForItsNextAttempt) {
   EXPECT_TRUE(std::filesystem::is_empty(server().data_dir() / "incoming"));
 }
 
-TEST_F(Weights, OfAFileGiveWayToThoseBesideIt) {
+TEST_F(Weights, InAPartOverrideThoseInTheMesh) {
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
       "property float weight\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n"

@@ -13,15 +13,15 @@ struct TestKey {
   nlohmann::json entry;
 
   Headers bearer() const { return {{"Authorization", "Bearer " + text}}; }
-  /// `bearer()` and more.
+  /// The headers of `bearer()` and `more`.
   Headers with(const Headers& more) const;
   std::string id() const { return entry["id"]; }
 };
 
-/// `members` are added to the entry.
+/// Makes a key. `members` are added to its entry.
 TestKey make_test_key(const std::string& name, const nlohmann::json& members = nlohmann::json::object());
 
-/// A file of keys in a folder of its own.
+/// A key file in a temporary folder.
 class TestKeyFile {
  public:
   explicit TestKeyFile(const std::vector<TestKey>& keys) { write(keys); }

@@ -34,7 +34,7 @@ Mesh touching_tetrahedra() {
   return mesh;
 }
 
-/// A grid with a wall of faces standing on its first face's edges: edges with three faces.
+/// A grid with faces standing on the edges of its first face, so that these edges have three faces.
 Mesh finned_grid() {
   Mesh mesh = grid(6, 6);
   const auto top = static_cast<Index>(mesh.positions.size());
@@ -45,7 +45,7 @@ Mesh finned_grid() {
   return mesh;
 }
 
-/// A grid whose boundary has a face over three collinear vertices.
+/// A grid with a face over three collinear vertices of its boundary.
 Mesh collinear_face() {
   Mesh mesh = grid(4, 4);
   const auto at = [&](double x) {
@@ -57,7 +57,7 @@ Mesh collinear_face() {
   return mesh;
 }
 
-/// Two vertices of a closed mesh at one position: an edge without length, two faces without area.
+/// A closed mesh with two vertices at one position, so that an edge has no length and two faces have no area.
 Mesh zero_length_edge() {
   Mesh mesh = icosphere(2);
   mesh.positions[mesh.triangles[7][1]] = mesh.positions[mesh.triangles[7][0]];

@@ -13,8 +13,8 @@ namespace {
 
 constexpr const char* kCgalArchive = "/usr/share/doc/libcgal-dev/data.tar.gz";
 
-/// Unpacks the archive beside the binaries. Several test processes may come here at once: each unpacks into a directory
-/// of its own, and the first to rename it wins.
+/// Unpacks the archive beside the binaries. Several test processes may do this at once: each unpacks into its own
+/// directory, and the first to rename it wins.
 fs::path unpack_cgal_meshes() {
   fs::path target = fs::path(CREASED_BIN).parent_path().parent_path() / "cgal-meshes";
   if (fs::exists(target)) return target;

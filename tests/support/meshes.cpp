@@ -10,7 +10,7 @@
 namespace crease::test {
 namespace {
 
-/// Grows a mesh from parametrised patches; points that coincide (within 1e-7) become one vertex.
+/// Builds a mesh from parametrised patches. Points closer than 1e-7 become one vertex.
 class PatchBuilder {
  public:
   Index vertex(const Vec3& point) {
@@ -26,10 +26,10 @@ class PatchBuilder {
     surfaces_.push_back(surface_);
   }
 
-  /// The faces that follow belong to another smooth surface.
+  /// Starts another smooth surface for the following faces.
   void next_surface() { ++surface_; }
 
-  /// A lattice of columns × rows cells; seen from outside, u runs right and v runs up.
+  /// Adds a lattice of columns × rows cells. Seen from outside, u runs right and v runs up.
   void patch(int columns, int rows, const std::function<Vec3(int, int)>& point) {
     for (int v = 0; v < rows; ++v) {
       for (int u = 0; u < columns; ++u) {
@@ -46,7 +46,7 @@ class PatchBuilder {
     }
   }
 
-  /// A flat disc facing +z (or −z), of concentric rings whose numbers of points grow with their radius.
+  /// Adds a flat disc facing +z or −z, made of concentric rings whose numbers of points grow with the radius.
   void disc(const Vec3& centre, double radius, int around, bool up) {
     const int rings = std::max(1, static_cast<int>(std::lround(around / (2 * M_PI))));
     std::vector<Index> inner = {vertex(centre)};
@@ -84,7 +84,7 @@ class PatchBuilder {
   }
 
  private:
-  /// Triangles between two rings that start at the same angle; always the step whose end lies at the smaller angle.
+  /// Adds triangles between two rings that start at the same angle, always stepping to the smaller angle.
   void stitch(const std::vector<Index>& inner, const std::vector<Index>& outer, bool up) {
     const std::size_t inner_steps = inner.size() == 1 ? 0 : inner.size();
     std::size_t i = 0, j = 0;
@@ -142,7 +142,7 @@ void add_profile(PatchBuilder& builder, const Block& block, bool front) {
   }
 }
 
-/// The extruded walls of the block but for the top of its step, which carries the boss.
+/// Adds the extruded walls of the block, except the top of its step, which carries the boss.
 void add_walls(PatchBuilder& builder, const Block& b) {
   const auto wall = [&](int rows, const std::function<Vec3(int)>& profile) {
     builder.next_surface();

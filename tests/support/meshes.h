@@ -10,7 +10,7 @@
 
 namespace crease::test {
 
-/// A mesh with what a test may want to know of it.
+/// A mesh with its properties.
 struct NamedMesh {
   std::string name;
   Mesh mesh;
@@ -19,8 +19,8 @@ struct NamedMesh {
   bool degenerate = false;
 };
 
-/// One of each kind: closed, open, several components, non-manifold, degenerate, duplicate faces, isolated vertices,
-/// inconsistently wound, Möbius strip, tiny. Every property of meshes is tested over all of them.
+/// One mesh of each kind: closed, open, several components, non-manifold, degenerate, duplicate faces, isolated
+/// vertices, inconsistently wound, Möbius strip, tiny. Properties of meshes are tested on all of them.
 std::vector<NamedMesh> mesh_family();
 
 Mesh grid(int columns, int rows, double spacing = 1.0);              ///< flat, open, alternating diagonals
@@ -36,12 +36,12 @@ struct CadPart {
 };
 CadPart cad_part(int resolution);
 
-/// A file of the development models, e.g. "Fandisk0.3/noisy.obj", found through CREASED_MESHES or beside the checkout
-/// in ../shared/meshes; nullopt where it is not there.
+/// A file of the development models, for example "Fandisk0.3/noisy.obj", in the folder CREASED_MESHES or in
+/// ../shared/meshes beside the checkout; nullopt when it does not exist.
 std::optional<std::filesystem::path> development_mesh(const std::string& relative);
 
-/// A noise-free model of Debian's libcgal-demo, e.g. "fandisk.off", unpacked once into the build tree; nullopt where
-/// the package is not installed.
+/// A noise-free model of Debian's libcgal-demo, for example "fandisk.off", unpacked once into the build tree; nullopt
+/// when the package is not installed.
 std::optional<std::filesystem::path> cgal_mesh(const std::string& name);
 
 std::string read_file(const std::filesystem::path& path);

@@ -10,35 +10,35 @@
 
 namespace crease::test {
 
-/// An answer as it came over the wire.
+/// An answer as received.
 struct RawResponse {
-  int status = 0;                                   ///< 0: none came
+  int status = 0;                                   ///< 0 when there was no answer
   std::multimap<std::string, std::string> headers;  ///< names in lower case
   std::string body;
 
   std::string header(const std::string& lower_name) const;
   nlohmann::json json() const { return nlohmann::json::parse(body); }
-  /// `code` of a problem document; empty for anything else.
+  /// The `code` of a problem document; empty for any other body.
   std::string code() const;
 };
 
 /// A TCP connection to a server on loopback, for requests that no well-behaved client would send.
 class RawConnection {
  public:
-  /// From `source`, an address of 127.0.0.0/8, unless that is empty.
+  /// Connects, from the address `source` in 127.0.0.0/8 unless it is empty.
   explicit RawConnection(int port, const std::string& source = {});
   ~RawConnection();
   RawConnection(const RawConnection&) = delete;
   RawConnection& operator=(const RawConnection&) = delete;
   RawConnection(RawConnection&& other) noexcept;
 
-  /// False once the server has closed its end.
+  /// Returns false when the server has closed its end.
   bool send(std::string_view bytes);
-  /// The next answer; chunks decoded. `has_body` false after HEAD.
+  /// Reads the next answer and decodes its chunks. `has_body` is false after a HEAD request.
   RawResponse receive(std::chrono::milliseconds time = std::chrono::seconds(20), bool has_body = true);
-  /// Everything up to the first `end`, inclusive; less when the connection ends or the time is up.
+  /// Reads up to and including the first `end`; less when the connection closes or the time is over.
   std::string receive_until(std::string_view end, std::chrono::milliseconds time = std::chrono::seconds(20));
-  /// Whether the server ends the connection within the time; what it sends before is dropped.
+  /// Whether the server closes the connection within the time. Discards what it sends before.
   bool closed_within(std::chrono::milliseconds time);
   void close();
 
@@ -52,11 +52,11 @@ class RawConnection {
 
 using Headers = std::vector<std::pair<std::string, std::string>>;
 
-/// A request line with headers, Host and Content-Length added.
+/// A request with the headers, Host and Content-Length.
 std::string raw_request(const std::string& method, const std::string& target, const Headers& headers = {},
                         const std::string& body = {});
 
-/// One request on a connection of its own.
+/// Makes a request on a new connection.
 RawResponse exchange(int port, const std::string& method, const std::string& target, const Headers& headers = {},
                      const std::string& body = {});
 

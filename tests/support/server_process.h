@@ -11,7 +11,7 @@
 
 namespace crease::test {
 
-/// A folder of its own under the system's, gone at the end.
+/// A temporary folder. The destructor removes it.
 class TemporaryFolder {
  public:
   TemporaryFolder();
@@ -24,16 +24,16 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// A program that was run to its end.
+/// The outcome of a program.
 struct Finished {
-  int exit_code = -1;  ///< negative: ended by that signal
+  int exit_code = -1;  ///< negative for the number of a signal
   std::string output;  ///< standard output
   std::string errors;  ///< standard error
 };
 Finished run_program(const std::vector<std::string>& command);
 
-/// `creased serve` on loopback at a free port, with a data folder of its own unless `flags` name one; ended, workers
-/// and all, with the object.
+/// `creased serve` on a free port of loopback, with a temporary data folder unless `flags` name one. The destructor
+/// ends it and its workers.
 class ServerProcess {
  public:
   explicit ServerProcess(const std::vector<std::string>& flags = {});
@@ -44,19 +44,19 @@ class ServerProcess {
   int port() const { return port_; }
   int pid() const { return pid_; }
   const std::filesystem::path& data_dir() const { return data_dir_; }
-  /// What it has logged so far.
+  /// The log so far.
   std::string log() const;
 
   void signal(int number) const;
-  /// The exit code, negative for a signal; -1000 when it has not ended in time.
+  /// Waits for the end. Returns the exit code, negative for a signal, or -1000 when it has not ended in time.
   int wait(std::chrono::milliseconds time = std::chrono::seconds(10));
 
   RawResponse get(const std::string& target, const Headers& headers = {}) const;
   /// Submits an OBJ as raw body and returns the job.
   nlohmann::json submit(const std::string& obj, const std::string& query, const Headers& headers = {}) const;
-  /// Waits through the event stream until the job has ended, and returns it.
+  /// Follows the event stream until the job has ended, and returns the job.
   nlohmann::json wait_for_end(const std::string& id) const;
-  /// Waits until the job is in that state, or has ended in another, and returns it.
+  /// Waits until the job is in this state or has ended, and returns the job.
   nlohmann::json wait_for_state(const std::string& id, const std::string& state) const;
 
  private:
@@ -72,7 +72,7 @@ struct ServerEvent {
 };
 std::vector<ServerEvent> parse_events(const std::string& stream);
 
-/// Polls until the condition holds; false when it does not within the time.
+/// Polls until the condition holds. Returns false when it does not within the time.
 bool eventually(const std::function<bool()>& condition, std::chrono::milliseconds time = std::chrono::seconds(10));
 
 }  // namespace crease::test

@@ -7,7 +7,7 @@
 
 namespace crease::test {
 
-/// A field in general position: vertices shaken by up to a tenth of an edge, labels anywhere in [0, 1].
+/// A field in general position: vertices moved randomly by up to a tenth of an edge, random labels in [0, 1].
 Field shaken_field(const Mesh& mesh, const Topology& topology, unsigned seed);
 
 /// A field and its energy, which know each other's state.
@@ -28,7 +28,7 @@ struct FieldWithEnergy {
 /// E of a field as it is.
 Energy energy_of(const Field& field, const MrfOptions& options, std::span<const double> vertex_weights = {});
 
-/// What smoothing makes of `noisy`, against the original.
+/// Smooths `noisy` and measures the result against the original.
 Measurement measure_smoothed(const Mesh& noisy, const Mesh& original, const MrfOptions& options);
 
 }  // namespace crease::test

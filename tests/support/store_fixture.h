@@ -36,7 +36,7 @@ using testing::MatchesRegex;
 using Hold = Store::Hold;
 
 constexpr std::chrono::hours kLong{1};
-constexpr std::chrono::milliseconds kOver{-1};  // a lease that has run out already
+constexpr std::chrono::milliseconds kOver{-1};  // a lease that has already expired
 
 inline std::string error_code(const std::function<void()>& call) {
   try {

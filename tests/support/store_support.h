@@ -10,15 +10,15 @@
 
 namespace crease::test {
 
-/// The mesh as OBJ with every bit of its coordinates.
+/// The mesh as OBJ with exact coordinates.
 std::string obj_text(const Mesh& mesh);
 
-/// Runs `work` in a forked process, which ends with its result. No store may be open in this process meanwhile.
+/// Runs `work` in a forked process, whose exit code is its result. No store may be open in this process meanwhile.
 pid_t fork_process(const std::function<int()>& work);
-/// The wait status of a child of this process.
+/// Waits for a child of this process and returns its wait status.
 int wait_for_process(pid_t process);
 
-/// A job of `upload` that is ready to be submitted.
+/// A job with this upload, ready to submit.
 creased::NewJob new_job(creased::Store& store, const std::string& fingerprint, const std::string& upload,
                         const v1::Parameters& parameters = {});
 
