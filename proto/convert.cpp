@@ -108,7 +108,7 @@ v1::InputFacts to_message(const CheckedInput& input) {
 v1::Energy to_message(const Energy& energy) {
   v1::Energy message;
   for (std::size_t term = 0; term < kTermCount; ++term) {
-    const auto* field = v1::Energy::descriptor()->FindFieldByName(std::string(kTermNames[term]));
+    const auto* field = v1::Energy::descriptor()->FindFieldByNumber(kTermNames[term].field);
     v1::Energy::GetReflection()->SetDouble(&message, field, energy[term]);
   }
   message.set_total(energy.total());

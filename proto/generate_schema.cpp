@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/energy/terms.h"
 #include "core/options/parameters.h"
 
 namespace crease {
@@ -63,12 +64,18 @@ std::string parameters_message() {
   return text + "}\n";
 }
 
+std::string energy_message() {
+  std::string text = "// The terms of the energy, each times its weight.\nmessage Energy {\n";
+  for (const auto& [name, field] : kTermNames) text += fmt::format("  double {} = {};\n", name, field);
+  return text + fmt::format("  double total = {};\n}}\n", kTotalField);
+}
+
 /// A file of the schema, and its message.
 struct File {
   std::string_view name;
   std::string (*message)();
 };
-constexpr std::array kFiles{File{"parameters.proto", parameters_message}};
+constexpr std::array kFiles{File{"parameters.proto", parameters_message}, File{"energy.proto", energy_message}};
 
 std::string generate(std::string_view name) {
   const auto file = std::ranges::find(kFiles, name, &File::name);

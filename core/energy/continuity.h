@@ -11,6 +11,7 @@ namespace crease {
 class ContinuityTerm {
  public:
   static constexpr std::string_view kName = "continuity";
+  static constexpr int kField = 7;
   static double weight(const MrfOptions& options) { return options.continuity_weight; }
   static bool is_used(const MrfOptions& options) { return options.edge_process && weight(options) != 0; }
   explicit ContinuityTerm(const TermSetup&) {}

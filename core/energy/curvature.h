@@ -15,6 +15,7 @@ namespace crease {
 class CurvatureTerm {
  public:
   static constexpr std::string_view kName = "curvature";
+  static constexpr int kField = 6;
   static double weight(const MrfOptions& options) { return options.curvature_weight; }
   static Neighborhood neighborhood(const MrfOptions&) { return Neighborhood::kWide; }
   explicit CurvatureTerm(const TermSetup& setup);

@@ -13,6 +13,7 @@ namespace crease {
 class LikelihoodTerm {
  public:
   static constexpr std::string_view kName = "likelihood";
+  static constexpr int kField = 1;
   static double weight(const MrfOptions& options) { return options.likelihood_weight; }
   /// The weight is annealed, and one of its ends may be 0.
   static bool is_used(const MrfOptions& options) {

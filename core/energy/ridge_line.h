@@ -14,6 +14,7 @@ namespace crease {
 class RidgeLineTerm {
  public:
   static constexpr std::string_view kName = "ridge_line";
+  static constexpr int kField = 8;
   static double weight(const MrfOptions& options) { return options.ridge_line_weight; }
   static Neighborhood neighborhood(const MrfOptions&) { return Neighborhood::kWide; }
   explicit RidgeLineTerm(const TermSetup& setup);

@@ -11,6 +11,7 @@ namespace crease {
 class SharpnessTerm {
  public:
   static constexpr std::string_view kName = "sharpness";
+  static constexpr int kField = 3;
   static double weight(const MrfOptions& options) { return options.sharpness_weight; }
   static bool is_used(const MrfOptions& options) { return options.edge_process && weight(options) != 0; }
   explicit SharpnessTerm(const TermSetup& setup);

@@ -65,6 +65,7 @@ CREASE_LANES_INLINE Potential<Number> potential(Smoothness shape, Number square,
 class SmoothnessTerm {
  public:
   static constexpr std::string_view kName = "smoothness";
+  static constexpr int kField = 2;
   static double weight(const MrfOptions& options) { return options.smoothness_weight; }
   explicit SmoothnessTerm(const TermSetup& setup);
 

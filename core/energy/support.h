@@ -12,6 +12,7 @@ namespace crease {
 class SupportTerm {
  public:
   static constexpr std::string_view kName = "support";
+  static constexpr int kField = 4;
   static double weight(const MrfOptions& options) { return options.sharpness_weight * options.support_weight; }
   static bool is_used(const MrfOptions& options) { return options.edge_process && weight(options) != 0; }
   explicit SupportTerm(const TermSetup& setup) : sums_(setup.field.positions.size(), Vec3::Zero()) {}

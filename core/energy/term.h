@@ -14,8 +14,9 @@ namespace crease {
 /// the term's weight.
 ///
 ///     static constexpr std::string_view kName;              // in reports
-///     static double weight(const MrfOptions&);           // of the term in E, at the end of the annealing
-///     static bool is_used(const MrfOptions&);            // where that is not the same as a weight other than 0
+///     static constexpr int kField;                          // number in crease.v1.Energy, for ever
+///     static double weight(const MrfOptions&);              // of the term in E, at the end of the annealing
+///     static bool is_used(const MrfOptions&);               // where that is not the same as a weight other than 0
 ///     static Neighborhood neighborhood(const MrfOptions&);  // how far it reaches; kFirstOrder where it has none
 ///     explicit Term(const TermSetup&);
 ///

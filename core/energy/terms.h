@@ -24,9 +24,17 @@ using TermTable = std::tuple<LikelihoodTerm, SmoothnessTerm, SharpnessTerm, Supp
 
 inline constexpr std::size_t kTermCount = std::tuple_size_v<TermTable>;
 
-inline constexpr std::array<std::string_view, kTermCount> kTermNames =
+/// Number of the sum of all terms in crease.v1.Energy, where every term has a number, too.
+inline constexpr int kTotalField = 5;
+
+/// What others call a term.
+struct TermName {
+  std::string_view name;  ///< in reports
+  int field;              ///< number in crease.v1.Energy
+};
+inline constexpr std::array<TermName, kTermCount> kTermNames =
     []<typename... Terms>(std::type_identity<std::tuple<Terms...>>) {
-      return std::array<std::string_view, kTermCount>{Terms::kName...};
+      return std::array<TermName, kTermCount>{TermName{Terms::kName, Terms::kField}...};
     }(std::type_identity<TermTable>{});
 
 /// A number for each term, in the order of the table.
