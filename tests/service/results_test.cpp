@@ -27,7 +27,9 @@ TEST_F(Results, MeshHasTheUploadsVerticesAndFacesInEveryFormat) {
     EXPECT_EQ(response.header("content-disposition"),
               "attachment; filename=\"my_cube." + format + "\"; filename*=UTF-8''my%20cube." + format);
     EXPECT_EQ(response.header("content-length"), std::to_string(response.body.size()));
-    if (format == "json") EXPECT_TRUE(response.json().is_object());
+    if (format == "json") {
+      EXPECT_TRUE(response.json().is_object());
+    }
     if (row->read == nullptr) continue;
     const auto decoded = decode_mesh(response.body, format_from_name(format));
     EXPECT_EQ(decoded.mesh.triangles.size(), 192U);
