@@ -4,8 +4,6 @@
 namespace crease::test {
 namespace {
 
-using std::chrono::seconds;
-
 const std::string kAllowed = "https://mesh.example.org";
 const std::string kStranger = "https://evil.example.org";
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -45,10 +46,18 @@ class CommandLine : public ServiceTest {
   }
 
   /// Runs crease until it reports progress, then sends SIGTERM.
-  Finished interrupted(const std::string& arguments) const {
-    const std::string script = std::string(CREASE_BIN) + " " + arguments + " 2> " + path("progress") +
-                               " & until grep -q sweep " + path("progress") + "; do :; done; kill -TERM $!; wait $!";
-    return run_program({"/bin/sh", "-c", script});
+  static Finished interrupted(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), CREASE_BIN);
+    Program program(arguments);
+    EXPECT_TRUE(eventually([&] { return program.errors().find("sweep") != std::string::npos; }));
+    program.signal(SIGTERM);
+    const int exit_code = program.wait();
+    return {exit_code, program.output(), program.errors()};
+  }
+  /// A mesh that `kLong` takes minutes for.
+  std::string big() const {
+    write("big.obj", obj_text(icosphere(4)));
+    return path("big.obj");
   }
 
  private:
@@ -272,7 +281,7 @@ TEST_F(CommandLine, AJobGoesThroughItsWholeLife) {
 }
 
 TEST_F(CommandLine, ACancelledJobHasNoMesh) {
-  const auto id = server().submit(small_obj(), kLong)["id"].get<std::string>();
+  const auto id = server().submit(obj_text(icosphere(4)), kLong)["id"].get<std::string>();
   server().wait_for_state(id, "running");
   EXPECT_EQ(remote({"mesh", id, "-o", path("out.obj")}).exit_code, 8);
   EXPECT_EQ(remote({"cancel", id}).exit_code, 0);
@@ -282,25 +291,24 @@ TEST_F(CommandLine, ACancelledJobHasNoMesh) {
 }
 
 TEST_F(CommandLine, AnInterruptionEndsALocalRun) {
-  const Finished finished =
-      interrupted("smooth " + path("noisy.obj") + " -o " + path("out.obj") + " --local --json -p " + kLong);
-  EXPECT_EQ(finished.exit_code, 6) << bytes("progress");
+  const Finished finished = interrupted({"smooth", big(), "-o", path("out.obj"), "--local", "--json", "-p", kLong});
+  EXPECT_EQ(finished.exit_code, 6) << finished.errors;
   EXPECT_EQ(json::parse(finished.output)["code"], "interrupted");
   EXPECT_FALSE(exists("out.obj"));
 }
 
 TEST_F(CommandLine, AnInterruptionCancelsTheSubmittedJob) {
-  const Finished finished = interrupted("smooth " + path("noisy.obj") + " -o " + path("out.obj") + " -p " + kLong +
-                                        " -p seed=77 --server " + url());
-  EXPECT_EQ(finished.exit_code, 6) << bytes("progress");
+  const Finished finished =
+      interrupted({"smooth", big(), "-o", path("out.obj"), "-p", kLong, "-p", "seed=77", "--server", url()});
+  EXPECT_EQ(finished.exit_code, 6) << finished.errors;
   const json newest = json::parse(remote({"list", "--json", "--limit", "1"}).output)["jobs"][0];
   EXPECT_EQ(newest["parameters"]["seed"], 77);
   EXPECT_EQ(server().wait_for_end(newest["id"].get<std::string>())["state"], "cancelled");
 }
 
 TEST_F(CommandLine, AnInterruptedWatchLeavesTheJobRunning) {
-  const auto id = server().submit(small_obj(), kLong + "&seed=78")["id"].get<std::string>();
-  EXPECT_EQ(interrupted("watch " + id + " --server " + url()).exit_code, 6);
+  const auto id = server().submit(obj_text(icosphere(4)), kLong + "&seed=78")["id"].get<std::string>();
+  EXPECT_EQ(interrupted({"watch", id, "--server", url()}).exit_code, 6);
   EXPECT_EQ(json::parse(remote({"status", id, "--json"}).output)["state"], "running");
   EXPECT_EQ(remote({"delete", id}).exit_code, 0);
 }

@@ -3,16 +3,13 @@
 namespace crease::test {
 namespace {
 
-using std::chrono::milliseconds;
-using std::chrono::seconds;
-
-/// A service with short timeouts and a small limit on uploads.
+/// A service with a small limit on uploads, and with timeouts that no test reaches.
 class Connection : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     server_ = std::make_unique<ServerProcess>(
-        std::vector<std::string>{"--workers", "0", "--max-connections", "24", "--max-streams", "4", "--max-upload-mb",
-                                 "1", "--head-timeout", "0.5", "--body-timeout", "0.7", "--idle-timeout", "1.5"});
+        std::vector<std::string>{"--workers", "0", "--max-connections", "64", "--max-streams", "4", "--max-upload-mb",
+                                 "1", "--head-timeout", "10000", "--body-timeout", "10000", "--idle-timeout", "10000"});
   }
   static void TearDownTestSuite() { server_.reset(); }
   static int port() { return server_->port(); }
@@ -78,21 +75,6 @@ TEST_F(Connection, RefusesAmbiguousHeads) {
   expect_alive();
 }
 
-TEST_F(Connection, EndsWhenHeadersArriveTooSlowly) {
-  RawConnection connection(port());
-  connection.send("GET /healthz HTTP/1.1\r\nHost: x\r\n");
-  const auto start = std::chrono::steady_clock::now();
-  RawResponse response;
-  while (response.status == 0 && std::chrono::steady_clock::now() - start < seconds(5)) {
-    connection.send("X: y\r\n");
-    response = connection.receive(milliseconds(100));
-  }
-  EXPECT_EQ(response.code(), "request_timeout");
-  EXPECT_EQ(response.status, 408);
-  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(2));
-  EXPECT_TRUE(connection.closed_within(seconds(4)));
-}
-
 TEST_F(Connection, EndsWhenAHeaderHasNoEnd) {
   RawConnection connection(port());
   connection.send("GET /healthz HTTP/1.1\r\nX: ");
@@ -100,22 +82,8 @@ TEST_F(Connection, EndsWhenAHeaderHasNoEnd) {
   for (int i = 0; i < 64 && connection.send(piece); ++i) {
   }
   EXPECT_EQ(connection.receive().code(), "headers_too_large");
-  EXPECT_TRUE(connection.closed_within(seconds(5)));
+  EXPECT_TRUE(connection.is_closed());
   expect_alive();
-}
-
-TEST_F(Connection, EndsWhenBodiesArriveTooSlowlyOrStop) {
-  RawConnection slow(port());
-  slow.send("POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Type: model/obj\r\nContent-Length: 1000\r\n\r\n");
-  const auto start = std::chrono::steady_clock::now();
-  RawResponse response;
-  while (response.status == 0 && std::chrono::steady_clock::now() - start < seconds(6)) {
-    slow.send("v");
-    response = slow.receive(milliseconds(100));
-  }
-  EXPECT_EQ(response.code(), "request_timeout");
-  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(3));
-  EXPECT_TRUE(slow.closed_within(seconds(4)));
 }
 
 TEST_F(Connection, RefusesBodiesThatAreTooLargeOrShort) {
@@ -163,8 +131,9 @@ TEST_F(Connection, NeverRunsTheRestOfARefusedBodyAsARequest) {
     RawConnection connection(port());
     connection.send(start + fmt::format("Host: x\r\nContent-Length: {}\r\n\r\n", hidden.size()) + hidden);
     EXPECT_NE(connection.receive().status, 0);
-    const auto second = connection.receive(seconds(2));
-    EXPECT_EQ(second.status, 0) << second.body;
+    connection.send(raw_request("GET", "/healthz", {{"X-Request-Id", "the-next"}}));
+    const auto second = connection.receive();
+    EXPECT_TRUE(second.status == 0 || second.header("x-request-id") == "the-next") << second.body;
   }
 }
 
@@ -187,47 +156,91 @@ TEST_F(Connection, ServesManyRequestsAndPipelines) {
   for (int i = 0; i < 200; ++i) ASSERT_EQ(connection.receive().status, 200) << i;
   connection.send(raw_request("GET", "/healthz", {{"Connection", "close"}}));
   EXPECT_EQ(connection.receive().header("connection"), "close");
-  EXPECT_TRUE(connection.closed_within(seconds(1)));
-}
-
-TEST_F(Connection, EndsWhenItIsIdle) {
-  RawConnection used(port()), unused(port());
-  used.send(raw_request("GET", "/healthz"));
-  EXPECT_EQ(used.receive().status, 200);
-  EXPECT_TRUE(used.closed_within(seconds(4)));
-  EXPECT_TRUE(unused.closed_within(seconds(4)));
-}
-
-TEST_F(Connection, IsRefusedOverTheLimitAndOthersContinue) {
-  RawConnection kept(port());
-  kept.send(raw_request("GET", "/healthz"));
-  ASSERT_EQ(kept.receive().status, 200);
-  std::vector<RawConnection> held;
-  for (int i = 0; i < 30; ++i) {
-    held.emplace_back(port());
-    held.back().send("GET /hea");
-  }
-  kept.send(raw_request("GET", "/healthz"));
-  EXPECT_EQ(kept.receive().status, 200);
-  int refused = 0;
-  for (auto& connection : held) {
-    const auto response = connection.receive();
-    if (response.code() == "request_timeout") continue;
-    ++refused;
-    EXPECT_EQ(response.status, 503);
-    EXPECT_EQ(response.code(), "too_many_connections");
-    EXPECT_EQ(response.header("retry-after"), "1");
-  }
-  EXPECT_EQ(refused, 30 + 1 - 24);
-  held.clear();
-  EXPECT_TRUE(eventually([] { return server_->get("/healthz").status == 200; }));
+  EXPECT_TRUE(connection.is_closed());
 }
 
 TEST_F(Connection, OfAnHttp10ClientEndsAfterTheAnswer) {
   RawConnection connection(port());
   connection.send("GET /healthz HTTP/1.0\r\n\r\n");
   EXPECT_EQ(connection.receive().status, 200);
-  EXPECT_TRUE(connection.closed_within(milliseconds(500)));
+  EXPECT_TRUE(connection.is_closed());
+}
+
+/// Sends `piece` again and again, more often than the server's time for the whole, until it answers.
+RawResponse answer_to_trickle(RawConnection& connection, const std::string& piece) {
+  RawResponse response;
+  EXPECT_TRUE(eventually([&] {
+    connection.send(piece);
+    response = connection.receive(std::chrono::milliseconds(50));
+    return response.status != 0;
+  }));
+  return response;
+}
+
+ServerProcess with_timeouts(const std::string& head, const std::string& body, const std::string& idle) {
+  return ServerProcess({"--workers", "0", "--max-connections", "24", "--max-streams", "4", "--head-timeout", head,
+                        "--body-timeout", body, "--idle-timeout", idle});
+}
+
+const std::string kShort = "0.5", kEndless = "10000";
+
+TEST(ConnectionTimes, HeadersThatTrickleInAreCut) {
+  const ServerProcess server = with_timeouts(kShort, kEndless, kEndless);
+  RawConnection connection(server.port());
+  connection.send("GET /healthz HTTP/1.1\r\nHost: x\r\n");
+  const auto response = answer_to_trickle(connection, "X: y\r\n");
+  EXPECT_EQ(response.code(), "request_timeout");
+  EXPECT_EQ(response.status, 408);
+  EXPECT_TRUE(connection.is_closed());
+}
+
+TEST(ConnectionTimes, BodiesThatTrickleInOrStopAreCut) {
+  const ServerProcess server = with_timeouts(kEndless, kShort, kEndless);
+  const std::string head =
+      "POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Type: model/obj\r\nContent-Length: 1000\r\n\r\n";
+  RawConnection slow(server.port()), silent(server.port());
+  slow.send(head);
+  silent.send(head + "v");
+  EXPECT_EQ(answer_to_trickle(slow, "v").code(), "request_timeout");
+  EXPECT_EQ(silent.receive().code(), "request_timeout");
+  EXPECT_TRUE(slow.is_closed());
+  EXPECT_TRUE(silent.is_closed());
+}
+
+TEST(ConnectionTimes, IdleConnectionsEnd) {
+  const ServerProcess server = with_timeouts(kEndless, kEndless, kShort);
+  std::optional<RawConnection> used;
+  EXPECT_TRUE(eventually([&] {
+    used.emplace(server.port());
+    used->send(raw_request("GET", "/healthz"));
+    return used->receive().status == 200;
+  }));
+  EXPECT_TRUE(used->is_closed());
+  EXPECT_TRUE(RawConnection(server.port()).is_closed()) << "also one that has never asked";
+}
+
+TEST(ConnectionBound, IsKeptAndWhoIsWithinGoesOn) {
+  constexpr int kBound = 24, kOver = 7;
+  const ServerProcess server({"--workers", "0", "--max-connections", std::to_string(kBound), "--max-streams", "4",
+                              "--head-timeout", kEndless, "--idle-timeout", kEndless});
+  std::vector<RawConnection> held;
+  for (int i = 0; i < kBound + kOver; ++i) {
+    held.emplace_back(server.port());
+    held.back().send("GET /hea");
+  }
+  for (int i = kBound; i < kBound + kOver; ++i) {
+    const auto response = held[static_cast<std::size_t>(i)].receive();
+    EXPECT_EQ(response.status, 503);
+    EXPECT_EQ(response.code(), "too_many_connections");
+    EXPECT_EQ(response.header("retry-after"), "1");
+  }
+  for (int i = 0; i < kBound; ++i) {
+    auto& connection = held[static_cast<std::size_t>(i)];
+    connection.send("lthz HTTP/1.1\r\nHost: x\r\n\r\n");
+    EXPECT_EQ(connection.receive().status, 200);
+  }
+  held.clear();
+  EXPECT_TRUE(eventually([&] { return server.get("/healthz").status == 200; }));
 }
 
 }  // namespace

@@ -16,7 +16,6 @@ namespace crease::test {
 namespace {
 
 namespace fs = std::filesystem;
-using std::chrono::seconds;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -44,6 +43,37 @@ class Durability : public ::testing::Test {
     server().wait();
   }
   nlohmann::json job(const std::string& id) { return server().get("/v1/jobs/" + id).json(); }
+  int sweep_of(const std::string& id) { return job(id)["progress"]["sweep"].get<int>(); }
+  bool comes_to_sweep(const std::string& id, int sweep) {
+    return eventually([&] { return sweep_of(id) >= sweep; });
+  }
+  fs::path checkpoint_of(const std::string& id) const { return data_dir() / "jobs" / id / "checkpoint"; }
+  /// Waits for a checkpoint of what the job has done so far: the second new one from now. The first may hold less, as
+  /// it may have been under way; each is begun once the one before is in its place.
+  bool checkpoint_is_renewed(const std::string& id) const {
+    const auto written = [&] {
+      std::error_code not_yet;
+      return fs::last_write_time(checkpoint_of(id), not_yet);
+    };
+    auto last = written();
+    int renewals = 0;
+    return eventually([&] {
+      const auto now = written();
+      renewals += now != last ? 1 : 0;
+      last = now;
+      return renewals >= 2;
+    });
+  }
+  /// The first sweep that is told of the attempt.
+  int first_sweep_of_attempt(const std::string& id, int attempt) {
+    int first = 0;
+    EXPECT_TRUE(eventually([&] {
+      const auto now = job(id);
+      first = now["progress"]["sweep"];
+      return now["attempt"] == attempt && first > 0;
+    }));
+    return first;
+  }
   void stop_and_audit(const std::set<std::string>& acknowledged) {
     server().signal(SIGTERM);
     EXPECT_EQ(server().wait(), 0);
@@ -106,19 +136,17 @@ class Killer {
     std::string id;
     int from = -1;
     bool left = true;
-    const bool came = eventually(
-        [&] {
-          const auto job = running_job_();
-          left = !job.is_null();
-          if (!left) return true;
-          if (job["state"] != "running") return false;
-          const int sweep = job["progress"]["sweep"];
-          if (job["id"] != id) from = -1;
-          id = job["id"];
-          if (from < 0 && sweep > 0) from = sweep;
-          return from >= 0 && sweep >= from + further;
-        },
-        seconds(60));
+    const bool came = eventually([&] {
+      const auto job = running_job_();
+      left = !job.is_null();
+      if (!left) return true;
+      if (job["state"] != "running") return false;
+      const int sweep = job["progress"]["sweep"];
+      if (job["id"] != id) from = -1;
+      id = job["id"];
+      if (from < 0 && sweep > 0) from = sweep;
+      return from >= 0 && sweep >= from + further;
+    });
     EXPECT_TRUE(came) << "the service makes no progress";
     return came && left;
   }
@@ -185,58 +213,50 @@ TEST_F(Durability, JobsWhoseProcessesAreKilledEndWithTheBytesOfAnUndisturbedRun)
 }
 
 TEST_F(Durability, AResumedJobDoesNotStartFromTheBeginning) {
+  constexpr int kFar = 200;
   start({"--checkpoint-every", "0.02", "--lease", "1"});
-  const std::string id = id_of(server().submit(noisy_part(), "sweeps=100000&threads=1"));
-  const auto sweep = [&] { return job(id)["progress"]["sweep"].get<int>(); };
-  ASSERT_TRUE(eventually([&] { return sweep() > 200; }, seconds(60)));
-  const auto checkpoint = data_dir() / "jobs" / id / "checkpoint";
-  ASSERT_TRUE(eventually([&] { return fs::exists(checkpoint); }));
+  const std::string id = id_of(server().submit(noisy_part(), kLong + "&threads=1"));
+  ASSERT_TRUE(comes_to_sweep(id, kFar));
+  ASSERT_TRUE(checkpoint_is_renewed(id));
   ::kill(processes_below(server().pid(), "task").at(0), SIGKILL);
-  int first = 0;
-  ASSERT_TRUE(eventually([&] {
-    const auto now = job(id);
-    first = now["progress"]["sweep"];
-    return now["attempt"] == 2 && first > 0;
-  }));
-  EXPECT_GT(first, 100);
-  server().get("/v1/jobs/" + id);
+  EXPECT_GT(first_sweep_of_attempt(id, 2), kFar);
   exchange(server().port(), "DELETE", "/v1/jobs/" + id);
-  EXPECT_TRUE(eventually([&] { return !fs::exists(checkpoint); }));
+  EXPECT_TRUE(eventually([&] { return !fs::exists(checkpoint_of(id)); }));
 }
 
 TEST_F(Durability, ADrainLeavesACheckpointFromWhichTheNextServerContinues) {
+  constexpr int kFar = 100;
   start({"--checkpoint-every", "10000"});
-  const std::string id = id_of(server().submit(noisy_part(), "sweeps=100000&threads=1"));
-  ASSERT_TRUE(eventually([&] { return job(id)["progress"]["sweep"].get<int>() > 100; }, seconds(60)));
+  const std::string id = id_of(server().submit(noisy_part(), kLong + "&threads=1"));
+  ASSERT_TRUE(comes_to_sweep(id, kFar));
   server().signal(SIGTERM);
   ASSERT_EQ(server().wait(), 0);
-  ASSERT_TRUE(fs::exists(data_dir() / "jobs" / id / "checkpoint"));
+  ASSERT_TRUE(fs::exists(checkpoint_of(id)));
   EXPECT_THAT(faults_of_store(data_dir(), {id}), IsEmpty());
   start();
-  int first = 0;
-  ASSERT_TRUE(eventually([&] {
-    first = job(id)["progress"]["sweep"];
-    return first > 0;
-  }));
-  EXPECT_GT(first, 100);
+  EXPECT_GT(first_sweep_of_attempt(id, 1), kFar);
 }
 
 TEST_F(Durability, ATornCheckpointIsNotUsed) {
-  start({"--checkpoint-every", "10000"});
-  const std::string query = "sweeps=300&threads=1";
-  const std::string first = id_of(server().submit(noisy_part(), query));
-  ASSERT_EQ(server().wait_for_end(first)["state"], "succeeded");
-  const std::string id = id_of(server().submit(noisy_part(), query));
-  ASSERT_TRUE(eventually([&] { return job(id)["progress"]["sweep"].get<int>() > 10; }, seconds(60)));
-  server().signal(SIGTERM);
-  ASSERT_EQ(server().wait(), 0);
-  const auto checkpoint = data_dir() / "jobs" / id / "checkpoint";
-  ASSERT_TRUE(fs::exists(checkpoint));
-  fs::resize_file(checkpoint, fs::file_size(checkpoint) / 2);
-  start();
+  const std::vector<std::string> flags = {"--checkpoint-every", "10000"};
+  const std::string query = sweeps(2000) + "&threads=1";
+  std::string id;
+  // On a busy machine the job may end before the server is told to stop. Then the test tries again.
+  ASSERT_TRUE(eventually([&] {
+    start(flags);
+    id = id_of(server().submit(noisy_part(), query));
+    EXPECT_TRUE(comes_to_sweep(id, 1));
+    server().signal(SIGTERM);
+    EXPECT_EQ(server().wait(), 0);
+    return fs::exists(checkpoint_of(id));
+  }));
+  fs::resize_file(checkpoint_of(id), fs::file_size(checkpoint_of(id)) / 2);
+  start(flags);
   EXPECT_EQ(server().wait_for_end(id)["state"], "succeeded");
-  EXPECT_TRUE(outcome_of(server(), id) == outcome_of(server(), first));
   EXPECT_THAT(server().log(), HasSubstr("the checkpoint is damaged"));
+  const std::string whole = id_of(server().submit(noisy_part(), query));
+  ASSERT_EQ(server().wait_for_end(whole)["state"], "succeeded");
+  EXPECT_TRUE(outcome_of(server(), id) == outcome_of(server(), whole));
 }
 
 TEST_F(Durability, AcceptedJobsSurviveAKillOfAllProcesses) {
@@ -257,7 +277,7 @@ TEST_F(Durability, ARestartedServerDoesNotWaitForTheLeasesOfDeadWorkers) {
   const std::vector<std::string> flags = {"--lease", "10000", "--checkpoint-every", "0.02"};
   start(flags);
   const std::string id = id_of(server().submit(noisy_part(), "sweeps=600&threads=1"));
-  ASSERT_TRUE(eventually([&] { return job(id)["progress"]["sweep"].get<int>() > 10; }, seconds(60)));
+  ASSERT_TRUE(comes_to_sweep(id, 10));
   kill_server();
   start(flags);
   EXPECT_EQ(server().wait_for_state(id, "succeeded")["state"], "succeeded");
@@ -294,7 +314,9 @@ TEST_F(Durability, AJobOverItsTimeLimitFails) {
   EXPECT_EQ(failed["state"], "failed");
   EXPECT_EQ(failed["attempt"], 3);
   EXPECT_EQ(failed["error"]["code"], "time_limit_exceeded");
-  EXPECT_THAT(failed["error"]["detail"], HasSubstr("needed more than 1 s of processor time"));
+  // What a busy machine gives no processor to is ended by the clock on the wall.
+  EXPECT_THAT(failed["error"]["detail"],
+              testing::AnyOf(HasSubstr("needed more than 1 s of processor time"), HasSubstr("took longer than 4 s")));
   EXPECT_EQ(server().get("/v1/jobs/" + id + "/mesh").code(), "job_failed");
   stop_and_audit({id});
 }
@@ -331,7 +353,7 @@ TEST_F(Durability, JobsOverTheQuotaAreRefusedBeforeTheDiskIsFull) {
   start({"--quota-mb", "1"});
   std::set<std::string> acknowledged;
   RawResponse refused;
-  for (int i = 0; i < 30 && refused.code().empty(); ++i) {
+  for (int i = 0; i < 1000 && refused.code().empty(); ++i) {
     refused = exchange(server().port(), "POST", "/v1/jobs?" + kQuick, {{"Content-Type", "model/obj"}}, small_obj());
     if (refused.code().empty()) acknowledged.insert(id_of(refused.json()));
   }
@@ -358,11 +380,8 @@ class SmallDisk {
   SmallDisk& operator=(const SmallDisk&) = delete;
   bool mounted() const { return mounted_; }
   bool make_read_only() const { return ::mount(nullptr, path_.c_str(), nullptr, MS_REMOUNT | MS_RDONLY, nullptr) == 0; }
-  /// Fills the disk except for `bytes`.
-  void fill(std::uintmax_t bytes) const {
-    const auto free = fs::space(path_).available;
-    std::ofstream(path_ / "ballast") << std::string(free > bytes ? free - bytes : 0, 'x');
-  }
+  /// Fills the disk.
+  void fill() const { std::ofstream(path_ / "ballast", std::ios::app) << std::string(fs::space(path_).available, 'x'); }
   void empty() const { fs::remove(path_ / "ballast"); }
 
  private:
@@ -375,30 +394,39 @@ TEST_F(Durability, AFullDiskIsAClearErrorAndLosesNothing) {
   if (!disk.mounted()) GTEST_SKIP() << "only root mounts a disk";
   start({"--checkpoint-every", "0.05"});
   const std::string running = id_of(server().submit(noisy_part(), sweeps(3000) + "&threads=1"));
-  ASSERT_TRUE(eventually([&] { return job(running)["progress"]["sweep"].get<int>() > 10; }, seconds(60)));
-  disk.fill(0);
+  ASSERT_TRUE(comes_to_sweep(running, 10));
+  std::set<std::string> acknowledged = {running};
   const auto submit = [&] {
-    return exchange(server().port(), "POST", "/v1/jobs?" + kQuick, {{"Content-Type", "model/obj"}}, noisy_part());
+    auto answer =
+        exchange(server().port(), "POST", "/v1/jobs?" + kQuick, {{"Content-Type", "model/obj"}}, noisy_part());
+    if (answer.status == 202) acknowledged.insert(id_of(answer.json()));
+    return answer;
   };
-  const auto refused = submit();
-  EXPECT_EQ(refused.status, 507) << refused.body;
+  RawResponse refused;
+  // A checkpoint that takes the place of another one makes room again.
+  EXPECT_TRUE(eventually([&] {
+    disk.fill();
+    refused = submit();
+    return refused.status == 507;
+  })) << refused.body;
   EXPECT_EQ(refused.code(), "storage_full");
   const auto ready = server().get("/readyz");
   EXPECT_EQ(ready.status, 503);
   EXPECT_EQ(ready.code(), "store_unavailable");
   EXPECT_THAT(ready.body, testing::AnyOf(HasSubstr("No space left"), HasSubstr("disk")));
   EXPECT_EQ(server().get("/v1/jobs/" + running).status, 200) << "stored data can be read";
-  ASSERT_TRUE(eventually([&] { return server().log().find("No space left") != std::string::npos; }, seconds(30)));
-  EXPECT_THAT(faults_of_store(data_dir(), {running}), IsEmpty());
+  ASSERT_TRUE(eventually([&] {
+    disk.fill();
+    return server().log().find("No space left") != std::string::npos;
+  }));
+  EXPECT_THAT(faults_of_store(data_dir(), acknowledged), IsEmpty());
 
   disk.empty();
   EXPECT_EQ(server().get("/readyz").status, 200);
   const auto taken = submit();
   ASSERT_EQ(taken.status, 202) << taken.body;
-  EXPECT_EQ(server().wait_for_state(running, "succeeded")["state"], "succeeded");
-  const std::string id = id_of(taken.json());
-  EXPECT_EQ(server().wait_for_state(id, "succeeded")["state"], "succeeded");
-  stop_and_audit({running, id});
+  for (const auto& id : acknowledged) EXPECT_EQ(server().wait_for_state(id, "succeeded")["state"], "succeeded") << id;
+  stop_and_audit(acknowledged);
   server_.reset();
 }
 

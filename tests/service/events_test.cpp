@@ -91,7 +91,7 @@ TEST_F(Events, AreTheSameForManyWatchers) {
     watchers.back().send(raw_request("GET", path_of(job) + "/events"));
   }
   for (auto& watcher : watchers) {
-    const auto events = parse_events(watcher.receive(std::chrono::seconds(60)).body);
+    const auto events = parse_events(watcher.receive().body);
     ASSERT_FALSE(events.empty());
     EXPECT_EQ(events.back().type, "succeeded");
   }

@@ -10,7 +10,6 @@ namespace crease::test {
 namespace {
 
 namespace fs = std::filesystem;
-using std::chrono::milliseconds;
 
 /// A service with two keys whose callers must not see each other's jobs.
 class Keys : public ::testing::Test {
@@ -318,7 +317,7 @@ TEST(KeyConfiguration, WarnsAboutAFileThatOthersCanRead) {
   fs::permissions(file.path(), fs::perms::others_read, fs::perm_options::add);
   ServerProcess server(
       {"--host", "0.0.0.0", "--workers", "0", "--max-connections", "16", "--max-streams", "4", "--keys", file.path()});
-  EXPECT_NE(server.log().find("can be read by other users"), std::string::npos);
+  EXPECT_TRUE(eventually([&] { return server.log().find("can be read by other users") != std::string::npos; }));
   EXPECT_EQ(server.get("/v1/jobs").status, 401);
 }
 

@@ -4,9 +4,6 @@
 namespace crease::test {
 namespace {
 
-using std::chrono::milliseconds;
-using std::chrono::seconds;
-
 const Headers kObj = {{"Content-Type", "model/obj"}};
 
 /// A service without workers, so that jobs stay queued. Each limit has a key that reaches it first.
@@ -14,10 +11,10 @@ class Limits : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     file_ = std::make_unique<TestKeyFile>(
-        std::vector<TestKey>{free_, slow_, jobs_, queue_, bytes_, faces_, stored_, streams_});
+        std::vector<TestKey>{free_, slow_, steady_, jobs_, queue_, bytes_, faces_, stored_, streams_});
     server_ = std::make_unique<ServerProcess>(std::vector<std::string>{
         "--workers", "0", "--max-connections", "48", "--max-streams", "16", "--keys", file_->path(), "--max-upload-mb",
-        "2", "--trusted-proxy", "127.0.0.1", "--address-rate", "0.02", "--address-burst", "2", "--key-rate", "0"});
+        "2", "--trusted-proxy", "127.0.0.1", "--address-rate", "0.001", "--address-burst", "2", "--key-rate", "0"});
   }
   static void TearDownTestSuite() {
     server_.reset();
@@ -30,14 +27,16 @@ class Limits : public ::testing::Test {
   static RawResponse submit(const TestKey& key, int seed, const std::string& obj = small_obj()) {
     return call("POST", fmt::format("/v1/jobs?sweeps=1&seed={}", seed), key.with(kObj), obj);
   }
+  /// The seconds after which to come again; -1: not said.
   static int retry_after(const RawResponse& response) {
     const std::string value = response.header("retry-after");
     return value.empty() ? -1 : std::stoi(value);
   }
 
   static inline const TestKey free_ = make_test_key("free"),
-                              slow_ = make_test_key("slow", {{"requests_per_second", 0.5}, {"burst", 3}}),
-                              jobs_ = make_test_key("jobs", {{"jobs_per_minute", 2}}),
+                              slow_ = make_test_key("slow", {{"requests_per_second", 0.001}, {"burst", 3}}),
+                              steady_ = make_test_key("steady", {{"requests_per_second", 1}, {"burst", 1}}),
+                              jobs_ = make_test_key("jobs", {{"jobs_per_minute", 0.1}}),
                               queue_ = make_test_key("queue", {{"max_queued", 2}}),
                               bytes_ = make_test_key("bytes", {{"max_upload_mb", 1}}),
                               faces_ = make_test_key("faces", {{"max_faces", 191}}),
@@ -52,23 +51,29 @@ TEST_F(Limits, CallsOfAKeyAreLimitedToItsRate) {
   const auto refused = call("GET", "/v1/jobs", slow_.bearer());
   EXPECT_EQ(refused.status, 429);
   EXPECT_EQ(refused.code(), "rate_limited");
-  EXPECT_GE(retry_after(refused), 1);
-  EXPECT_LE(retry_after(refused), 2) << "one call per two seconds";
+  EXPECT_GT(retry_after(refused), 1);
+  EXPECT_LE(retry_after(refused), 1000) << "one call per thousand seconds";
   EXPECT_EQ(call("POST", "/v1/jobs", slow_.with(kObj), small_obj()).code(), "rate_limited");
   EXPECT_EQ(call("GET", "/healthz", slow_.bearer()).status, 200) << "probes are not counted";
   EXPECT_EQ(call("GET", "/v1/jobs", free_.bearer()).status, 200) << "other keys are not affected";
-  const auto start = std::chrono::steady_clock::now();
-  EXPECT_TRUE(eventually([] { return call("GET", "/v1/jobs", slow_.bearer()).status == 200; }, seconds(5)));
-  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(retry_after(refused) + 1)) << "as Retry-After said";
+}
+
+TEST_F(Limits, ARefusedKeyIsServedAgainLater) {
+  RawResponse refused;
+  EXPECT_TRUE(eventually([&] {
+    refused = call("GET", "/v1/jobs", steady_.bearer());
+    return refused.status == 429;
+  }));
+  EXPECT_EQ(retry_after(refused), 1);
+  EXPECT_TRUE(eventually([] { return call("GET", "/v1/jobs", steady_.bearer()).status == 200; }));
 }
 
 TEST_F(Limits, JobsOfAKeyAreLimitedToItsRate) {
   EXPECT_EQ(submit(jobs_, 1).status, 202);
-  EXPECT_EQ(submit(jobs_, 2).status, 202);
-  const auto refused = submit(jobs_, 3);
+  const auto refused = submit(jobs_, 2);
   EXPECT_EQ(refused.code(), "rate_limited");
-  EXPECT_GT(retry_after(refused), 20);
-  EXPECT_LE(retry_after(refused), 30) << "two per minute";
+  EXPECT_GT(retry_after(refused), 60);
+  EXPECT_LE(retry_after(refused), 600) << "one per ten minutes";
   EXPECT_EQ(call("GET", "/v1/jobs", jobs_.bearer()).status, 200);
 }
 
@@ -80,7 +85,8 @@ TEST_F(Limits, CallsWithoutAKeyAreCountedByAddress) {
   EXPECT_EQ(from("203.0.113.1", "/openapi.json").status, 200);
   const auto refused = from("203.0.113.1");
   EXPECT_EQ(refused.code(), "rate_limited");
-  EXPECT_GT(retry_after(refused), 40) << "one per fifty seconds";
+  EXPECT_GT(retry_after(refused), 60);
+  EXPECT_LE(retry_after(refused), 1000) << "one per thousand seconds";
   EXPECT_EQ(from("198.51.100.1, 203.0.113.1").code(), "rate_limited") << "addresses that a client claims do not count";
   EXPECT_EQ(from("203.0.113.2").status, 401);
   EXPECT_EQ(from("2001:db8::1").status, 401);
@@ -180,7 +186,7 @@ TEST(ServiceLimits, AFullQueueSaysWhenToTryAgain) {
 
 TEST(ServiceLimits, AddressesOfAnOpenServiceAreCountedButThisMachineIsNot) {
   ServerProcess server({"--workers", "0", "--max-connections", "16", "--max-streams", "4", "--trusted-proxy",
-                        "127.0.0.1", "--address-rate", "0.02", "--address-burst", "1"});
+                        "127.0.0.1", "--address-rate", "0.001", "--address-burst", "1"});
   for (int i = 0; i < 20; ++i) EXPECT_EQ(server.get("/v1/jobs").status, 200);
   const Headers far = {{"X-Forwarded-For", "203.0.113.1"}};
   EXPECT_EQ(server.get("/v1/jobs", far).status, 200);
@@ -200,7 +206,7 @@ class AddressConnections : public ::testing::Test {
                                       "--max-streams",
                                       "8",
                                       "--head-timeout",
-                                      "20",
+                                      "10000",
                                       "--max-connections-per-address",
                                       std::to_string(kBound)};
     flags.insert(flags.end(), more.begin(), more.end());

@@ -7,8 +7,6 @@
 namespace crease::test {
 namespace {
 
-using std::chrono::seconds;
-
 TEST(Process, APortInUseIsAnError) {
   ServerProcess server({"--workers", "0", "--max-connections", "16", "--max-streams", "4"});
   const TemporaryFolder folder;
@@ -62,7 +60,7 @@ TEST(Process, TakesOptionsFromAFile) {
 }
 
 TEST(Process, DrainsOnSigtermWithOpenStreamsAndIdleConnections) {
-  ServerProcess server({"--workers", "1", "--max-connections", "32", "--max-streams", "8"});
+  ServerProcess server({"--workers", "1", "--max-connections", "32", "--max-streams", "8", "--idle-timeout", "10000"});
   const auto job = server.submit(obj_text(icosphere(4)), kLong);
   server.wait_for_state(job["id"], "running");
   RawConnection idle(server.port()), stream(server.port());
@@ -71,12 +69,10 @@ TEST(Process, DrainsOnSigtermWithOpenStreamsAndIdleConnections) {
   stream.send(raw_request("GET", "/v1/jobs/" + job["id"].get<std::string>() + "/events"));
   ASSERT_FALSE(stream.receive_until("event: progress").empty());
 
-  const auto start = std::chrono::steady_clock::now();
   server.signal(SIGTERM);
   EXPECT_NE(stream.receive_until("retry: 2000").find(": the server is shutting down"), std::string::npos);
-  EXPECT_TRUE(idle.closed_within(seconds(5)));
+  EXPECT_TRUE(idle.is_closed());
   EXPECT_EQ(server.wait(), 0);
-  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(6));
   EXPECT_NE(server.log().find("draining"), std::string::npos);
 }
 
@@ -100,7 +96,8 @@ TEST(Process, ReturnsRunningJobsToTheQueueForTheNextServer) {
 }
 
 TEST(Process, RefusesNewJobsWhileItDrains) {
-  ServerProcess server({"--workers", "0", "--max-connections", "32", "--max-streams", "8"});
+  ServerProcess server({"--workers", "0", "--max-connections", "32", "--max-streams", "8", "--head-timeout", "10000",
+                        "--idle-timeout", "10000"});
   RawConnection late(server.port());
   const std::string request = raw_request("POST", "/v1/jobs?sweeps=1", {{"Content-Type", "model/obj"}}, small_obj());
   late.send(request.substr(0, 40));
@@ -109,7 +106,7 @@ TEST(Process, RefusesNewJobsWhileItDrains) {
   idle.send(raw_request("GET", "/healthz"));
   ASSERT_EQ(idle.receive().status, 200);
   server.signal(SIGTERM);
-  ASSERT_TRUE(idle.closed_within(seconds(5)));
+  ASSERT_TRUE(idle.is_closed());
   late.send(request.substr(40));
   const auto response = late.receive();
   EXPECT_TRUE(response.code() == "shutting_down" || response.status == 0) << response.body;

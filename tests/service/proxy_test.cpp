@@ -1,12 +1,11 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
-#include <spawn.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
 #include <fstream>
+#include <optional>
 
 #include "tests/service/service_fixture.h"
 #include "tests/support/key_file.h"
@@ -38,15 +37,14 @@ int free_port() {
 /// Debian's nginx with docker/nginx.conf. Only ports and paths are changed.
 class Nginx {
  public:
-  explicit Nginx(int upstream) : http_(free_port()), https_(free_port()) {
+  explicit Nginx(int upstream) {
     make_certificate();
-    write_configuration(upstream);
-    start();
+    // Another program may take a free port before nginx does.
+    EXPECT_TRUE(eventually([&] { return starts(upstream); })) << program_->errors();
   }
   ~Nginx() {
-    if (pid_ <= 0) return;
-    ::kill(pid_, SIGTERM);
-    ::waitpid(pid_, nullptr, 0);
+    program_->signal(SIGTERM);
+    program_->wait();
   }
   Nginx(const Nginx&) = delete;
   Nginx& operator=(const Nginx&) = delete;
@@ -80,15 +78,15 @@ class Nginx {
     std::ofstream(path("nginx.conf")) << text;
   }
 
-  void start() {
-    std::vector<std::string> command = {"/usr/sbin/nginx",  "-p", folder_.path().string(), "-c",
-                                        path("nginx.conf"), "-g", "daemon off; user root;"};
-    if (::geteuid() != 0) command.back() = "daemon off;";
-    std::vector<char*> arguments;
-    for (auto& word : command) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    ASSERT_EQ(::posix_spawn(&pid_, arguments.front(), nullptr, nullptr, arguments.data(), environ), 0);
-    ASSERT_TRUE(eventually([this] { return listening(); })) << read_file(path("error.log"));
+  /// False: it could not take the ports.
+  bool starts(int upstream) {
+    http_ = free_port();
+    https_ = free_port();
+    write_configuration(upstream);
+    const std::string user = ::geteuid() == 0 ? " user root;" : "";
+    program_.emplace(std::vector<std::string>{"/usr/sbin/nginx", "-p", folder_.path().string(), "-c",
+                                              path("nginx.conf"), "-g", "daemon off;" + user});
+    return eventually([this] { return listening() || program_->ended(); }) && !program_->ended();
   }
 
   bool listening() const {
@@ -100,8 +98,8 @@ class Nginx {
   }
 
   TemporaryFolder folder_;
-  int http_, https_;
-  pid_t pid_ = -1;
+  int http_ = 0, https_ = 0;
+  std::optional<Program> program_;
 };
 
 class Proxy : public ::testing::Test {
@@ -127,11 +125,9 @@ class Proxy : public ::testing::Test {
   /// Calls curl through the proxy. Returns head and body of the answer.
   static std::string curl(const std::string& target, std::vector<std::string> more = {},
                           const std::string& key = key_.text) {
-    std::vector<std::string> command = {"/usr/bin/curl", "--silent",
-                                        "--show-error",  "--include",
-                                        "--max-time",    "60",
-                                        "--cacert",      nginx_->certificate(),
-                                        "--header",      "Authorization: Bearer " + key};
+    std::vector<std::string> command = {
+        "/usr/bin/curl", "--silent", "--show-error",        "--include", "--max-time",
+        "600",           "--cacert", nginx_->certificate(), "--header",  "Authorization: Bearer " + key};
     command.insert(command.end(), more.begin(), more.end());
     command.push_back(nginx_->url() + target);
     const Finished finished = run_program(command);
@@ -185,24 +181,14 @@ TEST_F(Proxy, ServesJobsAndTheirResultsInRanges) {
 
 TEST_F(Proxy, PassesEventsOnAtOnce) {
   const std::string job = submit(kLong, obj_text(icosphere(4)));
-  const std::string file = nginx_->path("events");
-  const std::string command =
-      fmt::format("exec /usr/bin/curl -sN --max-time 60 --cacert {} -H 'Authorization: Bearer {}' {}{}/events > {}",
-                  nginx_->certificate(), key_.text, nginx_->url(), job, file);
-  std::vector<std::string> words = {"/bin/sh", "-c", command};
-  std::vector<char*> arguments;
-  for (auto& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  pid_t pid = -1;
-  ASSERT_EQ(::posix_spawn(&pid, "/bin/sh", nullptr, nullptr, arguments.data(), environ), 0);
-  const auto heard = [&](const std::string& event) {
-    return fs::exists(file) && read_file(file).find(event) != std::string::npos;
-  };
-  EXPECT_TRUE(eventually([&] { return heard("event: progress"); }, std::chrono::seconds(20))) << "while the job runs";
+  Program curl_of_events({"/usr/bin/curl", "-sN", "--max-time", "600", "--cacert", nginx_->certificate(), "-H",
+                          "Authorization: Bearer " + key_.text, nginx_->url() + job + "/events"});
+  const auto heard = [&](const std::string& event) { return curl_of_events.output().find(event) != std::string::npos; };
+  EXPECT_TRUE(eventually([&] { return heard("event: progress"); })) << "while the job runs";
   EXPECT_EQ(server_->get(job, key_.bearer()).json()["state"], "running");
   curl(job + "/cancel", {"--request", "POST"});
   EXPECT_TRUE(eventually([&] { return heard("event: cancelled"); }));
-  ::waitpid(pid, nullptr, 0);
+  EXPECT_EQ(curl_of_events.wait(), 0);
 }
 
 TEST_F(Proxy, RefusesUploadsThatAreTooLarge) {

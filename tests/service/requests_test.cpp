@@ -19,7 +19,7 @@ std::ostream& operator<<(std::ostream& out, const RequestCase& one) {
 
 const std::string kProblem = "application/problem+json";
 const std::string kJson = "application/json";
-const Headers kObj = {{"Content-Type", "model/obj"}};
+const Headers kObjType = {{"Content-Type", "model/obj"}};
 
 std::vector<RequestCase> request_table() {
   return {
@@ -73,12 +73,12 @@ std::vector<RequestCase> request_table() {
       {"GET", "/v1/jobs/nope/labels?min=2", "", {}, 400, kProblem, "parameter_out_of_range"},
       {"GET", "/v1/jobs/nope/labels?min=nan", "", {}, 400, kProblem, "parameter_invalid"},
 
-      {"POST", "/v1/jobs", "", kObj, 400, kProblem, "body_missing"},
-      {"POST", "/v1/jobs?sweps=1", "v 0 0 0", kObj, 400, kProblem, "parameter_unknown"},
-      {"POST", "/v1/jobs?sweeps=0", "v 0 0 0", kObj, 400, kProblem, "parameter_out_of_range"},
-      {"POST", "/v1/jobs?sweeps=many", "v 0 0 0", kObj, 400, kProblem, "parameter_invalid"},
-      {"POST", "/v1/jobs?sweeps=%ff", "v 0 0 0", kObj, 400, kProblem, "parameter_invalid"},
-      {"POST", "/v1/jobs?format=stl", "v 0 0 0", kObj, 400, kProblem, "parameter_invalid"},
+      {"POST", "/v1/jobs", "", kObjType, 400, kProblem, "body_missing"},
+      {"POST", "/v1/jobs?sweps=1", "v 0 0 0", kObjType, 400, kProblem, "parameter_unknown"},
+      {"POST", "/v1/jobs?sweeps=0", "v 0 0 0", kObjType, 400, kProblem, "parameter_out_of_range"},
+      {"POST", "/v1/jobs?sweeps=many", "v 0 0 0", kObjType, 400, kProblem, "parameter_invalid"},
+      {"POST", "/v1/jobs?sweeps=%ff", "v 0 0 0", kObjType, 400, kProblem, "parameter_invalid"},
+      {"POST", "/v1/jobs?format=stl", "v 0 0 0", kObjType, 400, kProblem, "parameter_invalid"},
       {"POST", "/v1/jobs", "{}", {{"Content-Type", "application/json"}}, 415, kProblem, "content_type_unsupported"},
       {"POST", "/v1/jobs", "<x/>", {{"Content-Type", "text/xml"}}, 415, kProblem, "content_type_unsupported"},
       {"POST", "/v1/jobs", "x", {{"Content-Encoding", "gzip"}}, 415, kProblem, "content_encoding_unsupported"},
@@ -120,7 +120,7 @@ TEST_F(Requests, AreAnsweredWithStatusTypeAndCodeOfTheTable) {
 }
 
 TEST_F(Requests, ProblemsNameTheFieldAndTheExpectedValue) {
-  const auto problem = call("POST", "/v1/jobs?likelihood_weight=-1", kObj, small_obj()).json();
+  const auto problem = call("POST", "/v1/jobs?likelihood_weight=-1", kObjType, small_obj()).json();
   EXPECT_EQ(problem["status"], 400);
   EXPECT_EQ(problem["code"], "parameter_out_of_range");
   EXPECT_EQ(problem["field"], "likelihood_weight");
@@ -139,7 +139,7 @@ TEST_F(Requests, HeadHasTheHeadersOfGetAndNoBody) {
   const auto get = call("GET", "/v1/parameters");
   RawConnection connection(port());
   connection.send(raw_request("HEAD", "/v1/parameters") + raw_request("GET", "/healthz"));
-  const auto head = connection.receive(std::chrono::seconds(5), false);
+  const auto head = connection.receive(kPatience, false);
   EXPECT_EQ(head.status, 200);
   EXPECT_EQ(head.header("content-length"), get.header("content-length"));
   EXPECT_EQ(connection.receive().json()["status"], "ok") << "the answer to HEAD had a body";
@@ -166,10 +166,14 @@ TEST_F(Requests, ParametersAreDescribedWithUnitRangeAndDefault) {
 TEST_F(Requests, AreCountedByRouteAndStatus) {
   call("GET", "/v1/jobs/nope");
   call("GET", "/nowhere");
-  const std::string metrics = call("GET", "/metrics").body;
+  std::string metrics;
   const auto has = [&](const std::string& text) { return metrics.find(text) != std::string::npos; };
-  EXPECT_TRUE(has("creased_http_requests_total{method=\"GET\",route=\"/v1/jobs/{id}\",status=\"404\"}")) << metrics;
-  EXPECT_TRUE(has("creased_http_requests_total{method=\"none\",route=\"none\",status=\"404\"}")) << metrics;
+  // An exchange is counted once it is over, which is after its answer has arrived.
+  EXPECT_TRUE(eventually([&] {
+    metrics = call("GET", "/metrics").body;
+    return has("creased_http_requests_total{method=\"GET\",route=\"/v1/jobs/{id}\",status=\"404\"}") &&
+           has("creased_http_requests_total{method=\"none\",route=\"none\",status=\"404\"}");
+  })) << metrics;
   EXPECT_TRUE(has("creased_http_request_seconds_bucket{route=\"/v1/jobs/{id}\"")) << metrics;
   EXPECT_TRUE(has("creased_event_streams 0")) << metrics;
   EXPECT_TRUE(has("creased_connections ")) << metrics;

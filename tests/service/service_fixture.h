@@ -24,7 +24,7 @@ inline const std::string& small_obj() {
   return text;
 }
 inline const std::string kQuick = "sweeps=3";
-/// Parameters for a job of minutes, so that a test can act while it runs.
+/// Parameters for a job of minutes with a mesh of some thousand faces, so that a test can act while it runs.
 inline const std::string kLong = "sweeps=100000";
 
 /// A server for the tests of a suite, with few threads so that it starts fast.

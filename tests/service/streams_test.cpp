@@ -3,8 +3,6 @@
 namespace crease::test {
 namespace {
 
-using std::chrono::seconds;
-
 std::vector<RawConnection> open_streams(int port, const std::string& id, int count) {
   std::vector<RawConnection> streams;
   for (int i = 0; i < count; ++i) {
@@ -18,19 +16,18 @@ TEST(Streams, ThreeHundredOpenStreamsDoNotBlockOtherCalls) {
   ServerProcess server({"--workers", "1"});
   const auto job = server.submit(obj_text(icosphere(4)), kLong);
   auto streams = open_streams(server.port(), job["id"], 300);
-  for (auto& stream : streams) ASSERT_FALSE(stream.receive_until("event: progress", seconds(60)).empty());
-  const std::string metrics = server.get("/metrics").body;
-  EXPECT_NE(metrics.find("creased_event_streams 300"), std::string::npos);
+  for (auto& stream : streams) ASSERT_FALSE(stream.receive_until("event: progress").empty());
+  const auto open = [&] { return server.get("/metrics").body.find("creased_event_streams 300") != std::string::npos; };
+  EXPECT_TRUE(open());
 
-  const auto start = std::chrono::steady_clock::now();
   for (int i = 0; i < 20; ++i) ASSERT_EQ(server.get("/healthz").status, 200);
   EXPECT_EQ(server.get("/v1/jobs").status, 200);
   EXPECT_EQ(server.submit(small_obj(), kQuick)["state"], "queued");
-  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(10));
+  EXPECT_TRUE(open()) << "they were answered without waiting for a stream to end";
 
   EXPECT_LT(exchange(server.port(), "POST", "/v1/jobs/" + job["id"].get<std::string>() + "/cancel").status, 300);
   for (auto& stream : streams) {
-    EXPECT_NE(stream.receive_until("event: cancelled", seconds(60)).find("event: cancelled"), std::string::npos);
+    EXPECT_NE(stream.receive_until("event: cancelled").find("event: cancelled"), std::string::npos);
   }
 }
 
@@ -45,14 +42,11 @@ TEST(Streams, AreRefusedOverTheLimitUntilOneIsFree) {
   EXPECT_EQ(refused.header("retry-after"), "1");
 
   streams.pop_back();
-  EXPECT_TRUE(eventually(
-      [&] {
-        RawConnection one(server.port());
-        one.send(raw_request("GET", "/v1/jobs/" + id + "/events"));
-        return one.receive_until("\r\n").starts_with("HTTP/1.1 200");
-      },
-      seconds(3)))
-      << "a client that disconnects frees its slot promptly";
+  EXPECT_TRUE(eventually([&] {
+    RawConnection one(server.port());
+    one.send(raw_request("GET", "/v1/jobs/" + id + "/events"));
+    return one.receive_until("\r\n").starts_with("HTTP/1.1 200");
+  })) << "a client that disconnects frees its slot";
 }
 
 }  // namespace

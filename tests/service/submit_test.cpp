@@ -158,11 +158,11 @@ TEST_F(Submit, KeepsOnlyTheLastComponentOfAFileName) {
 }
 
 TEST_F(Submit, WaitsForTheEndWhenAsked) {
-  const Headers headers = {{"Prefer", "respond-async, wait=30"}, {"Content-Type", "model/obj"}};
+  const Headers headers = {{"Prefer", "respond-async, wait=60"}, {"Content-Type", "model/obj"}};
   const auto ended = call("POST", "/v1/jobs?sweeps=2&seed=31", headers, small_obj());
   EXPECT_EQ(ended.status, 200);
   EXPECT_EQ(ended.json()["state"], "succeeded");
-  EXPECT_EQ(ended.header("preference-applied"), "wait=30");
+  EXPECT_EQ(ended.header("preference-applied"), "wait=60");
 
   const auto still =
       call("POST", "/v1/jobs?" + kLong, {{"Prefer", "wait=1"}, {"Content-Type", "model/obj"}}, obj_text(icosphere(4)));

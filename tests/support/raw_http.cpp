@@ -129,8 +129,8 @@ RawResponse RawConnection::receive(std::chrono::milliseconds time, bool has_body
   return response;
 }
 
-bool RawConnection::closed_within(std::chrono::milliseconds time) {
-  const auto deadline = Clock::now() + time;
+bool RawConnection::is_closed() {
+  const auto deadline = Clock::now() + kPatience;
   while (fill(deadline)) buffer_.clear();
   return Clock::now() < deadline;
 }
@@ -147,7 +147,7 @@ RawResponse exchange(int port, const std::string& method, const std::string& tar
                      const std::string& body) {
   RawConnection connection(port);
   connection.send(raw_request(method, target, headers, body));
-  return connection.receive(std::chrono::seconds(70), method != "HEAD");
+  return connection.receive(kPatience, method != "HEAD");
 }
 
 RawResponse post_form(int port, const std::string& target, const std::vector<FormPart>& parts, const Headers& headers) {

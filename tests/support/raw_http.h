@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/patience.h"
+
 namespace crease::test {
 
 /// An answer as received.
@@ -35,11 +37,11 @@ class RawConnection {
   /// Returns false when the server has closed its end.
   bool send(std::string_view bytes);
   /// Reads the next answer and decodes its chunks. `has_body` is false after a HEAD request.
-  RawResponse receive(std::chrono::milliseconds time = std::chrono::seconds(20), bool has_body = true);
+  RawResponse receive(std::chrono::milliseconds time = kPatience, bool has_body = true);
   /// Reads up to and including the first `end`; less when the connection closes or the time is over.
-  std::string receive_until(std::string_view end, std::chrono::milliseconds time = std::chrono::seconds(20));
-  /// Whether the server closes the connection within the time. Discards what it sends before.
-  bool closed_within(std::chrono::milliseconds time);
+  std::string receive_until(std::string_view end, std::chrono::milliseconds time = kPatience);
+  /// Whether the server closes the connection. Discards what it sends before.
+  bool is_closed();
   void close();
 
  private:

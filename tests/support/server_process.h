@@ -1,36 +1,17 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
-#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "tests/support/patience.h"
+#include "tests/support/program.h"
 #include "tests/support/raw_http.h"
+#include "tests/support/temporary_folder.h"
 
 namespace crease::test {
-
-/// A temporary folder. The destructor removes it.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
-/// The outcome of a program.
-struct Finished {
-  int exit_code = -1;  ///< negative for the number of a signal
-  std::string output;  ///< standard output
-  std::string errors;  ///< standard error
-};
-Finished run_program(const std::vector<std::string>& command);
 
 /// `creased serve` on a free port of loopback, with a temporary data folder unless `flags` name one. The destructor
 /// ends it and its workers.
@@ -42,14 +23,14 @@ class ServerProcess {
   ServerProcess& operator=(const ServerProcess&) = delete;
 
   int port() const { return port_; }
-  int pid() const { return pid_; }
+  int pid() const { return program_->pid(); }
   const std::filesystem::path& data_dir() const { return data_dir_; }
   /// The log so far.
-  std::string log() const;
+  std::string log() const { return program_->errors(); }
 
-  void signal(int number) const;
-  /// Waits for the end. Returns the exit code, negative for a signal, or -1000 when it has not ended in time.
-  int wait(std::chrono::milliseconds time = std::chrono::seconds(10));
+  void signal(int number) const { program_->signal(number); }
+  /// Waits for the end. Returns the exit code, negative for a signal, or Program::kStillRuns when it does not end.
+  int wait() { return program_->wait(); }
 
   RawResponse get(const std::string& target, const Headers& headers = {}) const;
   /// Submits an OBJ as raw body and returns the job.
@@ -62,7 +43,7 @@ class ServerProcess {
  private:
   TemporaryFolder folder_;
   std::filesystem::path data_dir_;
-  int pid_ = -1;
+  std::optional<Program> program_;
   int port_ = 0;
 };
 
@@ -71,8 +52,5 @@ struct ServerEvent {
   std::string id, type, data;
 };
 std::vector<ServerEvent> parse_events(const std::string& stream);
-
-/// Polls until the condition holds. Returns false when it does not within the time.
-bool eventually(const std::function<bool()>& condition, std::chrono::milliseconds time = std::chrono::seconds(10));
 
 }  // namespace crease::test

@@ -2,13 +2,11 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
-#include <fstream>
-#include <iterator>
-
 #include "crease/v1/job.pb.h"
 #include "crease/v1/result.pb.h"
 #include "proto/convert.h"
 #include "tests/support/meshes.h"
+#include "tests/support/program.h"
 
 namespace crease::test {
 namespace fs = std::filesystem;
@@ -81,16 +79,6 @@ class Audit {
   std::set<std::string> known_;
   std::vector<std::string> faults_;
 };
-
-std::vector<int> children_of(int process) {
-  std::vector<int> all;
-  std::error_code gone;
-  for (const auto& thread : fs::directory_iterator("/proc/" + std::to_string(process) + "/task", gone)) {
-    std::ifstream list(thread.path() / "children");
-    all.insert(all.end(), std::istream_iterator<int>(list), {});
-  }
-  return all;
-}
 
 std::string command_of(int process) {
   std::string line = read_file("/proc/" + std::to_string(process) + "/cmdline");

@@ -33,6 +33,7 @@ namespace {
 
 namespace fs = std::filesystem;
 namespace v1 = crease::v1;
+using crease::test::children_of;
 using crease::test::eventually;
 using crease::test::fork_process;
 using crease::test::obj_text;
@@ -152,22 +153,40 @@ class SandboxTest : public testing::Test {
     task.mutable_limits()->set_max_vertices(10'000'000);
     return task;
   }
+  /// A job that takes minutes, to be started with `slow_upload`.
+  static v1::ComputeTask endless(std::uint64_t cpu_seconds = 0) {
+    v1::ComputeTask task;
+    *task.mutable_limits() = limits(0, cpu_seconds);
+    task.mutable_limits()->set_max_faces(10'000);
+    task.mutable_limits()->set_max_vertices(10'000);
+    v1::Parameters parameters;
+    parameters.set_sweeps(100'000);
+    *task.mutable_run()->mutable_job()->mutable_parameters() = crease::resolve(parameters);
+    task.mutable_run()->mutable_job()->mutable_input()->set_format("obj");
+    task.mutable_run()->set_progress_every_ms(1'000);
+    task.mutable_run()->set_snapshot_every_ms(1'000'000);
+    task.mutable_run()->set_checkpoint_every_ms(1'000'000);
+    return task;
+  }
+  Descriptor slow_upload() const { return file(obj_text(crease::test::cube(16))); }
   /// All events of a task, up to its end.
   static std::vector<v1::ComputeEvent> events_of(Sandbox& sandbox) {
     std::vector<v1::ComputeEvent> events;
     while (!sandbox.ended()) {
-      if (auto event = sandbox.next_event(std::chrono::steady_clock::now() + std::chrono::seconds(30))) {
+      if (auto event = sandbox.next_event(std::chrono::steady_clock::now() + crease::test::kPatience)) {
         events.push_back(std::move(*event));
       }
     }
     return events;
   }
-  /// The ids of the child processes of `process`.
-  static std::vector<int> children_of(int process) {
-    std::ifstream list("/proc/" + std::to_string(process) + "/task/" + std::to_string(process) + "/children");
-    return {std::istream_iterator<int>(list), {}};
+  static int process_of_task(const Sandbox& sandbox) {
+    std::vector<int> children;
+    EXPECT_TRUE(eventually([&] {
+      children = children_of(sandbox.process_id());
+      return !children.empty();
+    }));
+    return children.at(0);
   }
-
   const crease::test::TemporaryFolder folder_;
 };
 
@@ -188,12 +207,11 @@ TEST_F(SandboxTest, RunsEachTaskInItsOwnProcess) {
 
 TEST_F(SandboxTest, AKilledTaskIsLostAndTheNextOneRuns) {
   Sandbox sandbox(CREASED_BIN);
-  const Descriptor slow = file(obj_text(crease::test::grid(600, 600)));
+  const Descriptor slow = slow_upload();
   const int slow_number = slow.get();
-  sandbox.start(inspection(), {&slow_number, 1});
-  ASSERT_TRUE(eventually([&] { return children_of(sandbox.process_id()).size() == 1; }));
-  ::kill(children_of(sandbox.process_id()).front(), SIGSEGV);
-  EXPECT_TRUE(events_of(sandbox).empty());
+  sandbox.start(endless(), {&slow_number, 1});
+  ::kill(process_of_task(sandbox), SIGSEGV);
+  for (const auto& event : events_of(sandbox)) EXPECT_TRUE(event.has_progress());
   const auto loss = sandbox.loss();
   ASSERT_TRUE(loss);
   EXPECT_EQ(loss->what, "was killed by signal 11 (SIGSEGV)");
@@ -208,20 +226,9 @@ TEST_F(SandboxTest, AKilledTaskIsLostAndTheNextOneRuns) {
 
 TEST_F(SandboxTest, ATaskOverItsProcessorTimeIsLostByALimit) {
   Sandbox sandbox(CREASED_BIN);
-  v1::ComputeTask task;
-  task.mutable_limits()->set_cpu_seconds(1);
-  task.mutable_limits()->set_max_faces(1000);
-  task.mutable_limits()->set_max_vertices(1000);
-  v1::Parameters parameters;
-  parameters.set_sweeps(100'000);
-  *task.mutable_run()->mutable_job()->mutable_parameters() = crease::resolve(parameters);
-  task.mutable_run()->mutable_job()->mutable_input()->set_format("obj");
-  task.mutable_run()->set_progress_every_ms(1'000);
-  task.mutable_run()->set_snapshot_every_ms(1'000'000);
-  task.mutable_run()->set_checkpoint_every_ms(1'000'000);
-  const Descriptor upload = file(obj_text(crease::test::cube(8)));
+  const Descriptor upload = slow_upload();
   const int number = upload.get();
-  sandbox.start(task, {&number, 1});
+  sandbox.start(endless(1), {&number, 1});
   events_of(sandbox);
   const auto loss = sandbox.loss();
   ASSERT_TRUE(loss);
@@ -232,13 +239,12 @@ TEST_F(SandboxTest, ATaskOverItsProcessorTimeIsLostByALimit) {
 
 TEST_F(SandboxTest, ATaskDiesWithTheProcessThatStartedIt) {
   Sandbox sandbox(CREASED_BIN);
-  const Descriptor slow = file(obj_text(crease::test::grid(600, 600)));
+  const Descriptor slow = slow_upload();
   const int number = slow.get();
-  sandbox.start(inspection(), {&number, 1});
-  ASSERT_TRUE(eventually([&] { return children_of(sandbox.process_id()).size() == 1; }));
-  const int task = children_of(sandbox.process_id()).front();
+  sandbox.start(endless(), {&number, 1});
+  const int task = process_of_task(sandbox);
   sandbox.kill();
-  EXPECT_TRUE(eventually([&] { return ::kill(task, 0) != 0; }));
+  EXPECT_TRUE(eventually([&] { return !crease::test::is_alive(task); }));
   EXPECT_FALSE(sandbox.alive());
   EXPECT_TRUE(sandbox.ended());
 }

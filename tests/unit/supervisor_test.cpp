@@ -24,13 +24,12 @@ namespace {
 namespace fs = std::filesystem;
 using crease::test::eventually;
 using crease::test::fork_process;
+using crease::test::is_alive;
 using crease::test::read_file;
 using crease::test::wait_for_process;
 using testing::HasSubstr;
 
 const Supervisor::Options kSleepers{.executable = "/bin/sleep", .arguments = {"1000"}, .processes = 3};
-
-bool is_alive(int process) { return ::kill(process, 0) == 0; }
 
 Supervisor::Options shell(const std::string& script) {
   return {.executable = "/bin/sh", .arguments = {"-c", script}, .processes = 1};
@@ -56,7 +55,7 @@ TEST(SupervisorTest, AKilledWorkerIsReplaced) {
   const auto after = supervisor.process_ids();
   EXPECT_EQ(after[0], before[0]);
   EXPECT_EQ(after[2], before[2]);
-  supervisor.stop(10);
+  supervisor.stop(crease::test::kPatience.count());
   for (const int process : after) EXPECT_FALSE(is_alive(process));
   EXPECT_TRUE(supervisor.process_ids().empty());
 }
@@ -67,7 +66,7 @@ TEST(SupervisorTest, StopTerminatesBeforeItKills) {
   Supervisor supervisor(shell("trap 'echo asked > " + asked.string() + "; exit 0' TERM; echo > " + ready.string() +
                               "; while :; do sleep 0.01; done"));
   ASSERT_TRUE(eventually([&] { return fs::exists(ready); }));
-  supervisor.stop(30);
+  supervisor.stop(crease::test::kPatience.count());
   EXPECT_EQ(read_file(asked), "asked\n");
 }
 
@@ -143,7 +142,7 @@ TEST(ChildProcessTest, AChildInheritsNoDescriptorAndHasDefaultSignals) {
 
 TEST(ChildProcessTest, AChildReportsHowItEnded) {
   ChildProcess child({.executable = "/bin/sh", .arguments = {"-c", "exit 3"}});
-  EXPECT_TRUE(child.wait_for(std::chrono::seconds(30)));
+  EXPECT_TRUE(child.wait_for(crease::test::kPatience));
   EXPECT_EQ(child.wait(), "ended with code 3");
   ChildProcess sleeper({.executable = "/bin/sleep", .arguments = {"1000"}});
   EXPECT_FALSE(sleeper.wait_for(std::chrono::milliseconds(5)));
