@@ -19,7 +19,7 @@ namespace {
 using crease::trimmed;
 using std::chrono::milliseconds;
 
-constexpr std::size_t kPiece = 64 * 1024;
+constexpr std::size_t kReceiveAtOnce = 64 * 1024;
 constexpr std::size_t kMaxChunkLine = 256;  // a chunk's size and extensions, or one trailer
 constexpr std::size_t kMaxTrailers = 32;
 
@@ -62,8 +62,8 @@ GuardedStream::Fill GuardedStream::fill(Clock::time_point deadline) {
     if (left <= milliseconds(0)) return Fill::kTimeout;
     if (wait_for(socket_, POLLIN, left) == 0) continue;
     const std::size_t held = buffer_.size();
-    buffer_.resize(held + kPiece);
-    const ssize_t count = ::recv(socket_, buffer_.data() + held, kPiece, MSG_DONTWAIT);
+    buffer_.resize(held + kReceiveAtOnce);
+    const ssize_t count = ::recv(socket_, buffer_.data() + held, kReceiveAtOnce, MSG_DONTWAIT);
     buffer_.resize(held + static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
     if (count > 0) return Fill::kData;
     if (count == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) return Fill::kEnd;

@@ -19,7 +19,6 @@ namespace creased {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;
 
 // Problems that any call can have before it reaches its handler.
@@ -59,10 +58,10 @@ Json field_schema(const FieldDescriptor& field) {
   }
 }
 
-void add_message(const Descriptor& message, Json& schemas) {
+void add_message(const google::protobuf::Descriptor& message, Json& schemas) {
   if (schemas.contains(message.name())) return;
   Json& schema = schemas[message.name()] = {{"type", "object"}, {"properties", Json::object()}};
-  std::vector<const Descriptor*> inner;
+  std::vector<const google::protobuf::Descriptor*> inner;
   for (int i = 0; i < message.field_count(); ++i) {
     const FieldDescriptor& field = *message.field(i);
     Json one = field_schema(field);

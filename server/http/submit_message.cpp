@@ -23,7 +23,7 @@ using google::protobuf::internal::WireFormatLite;
 
 constexpr std::uint32_t kMaxTextBytes = 64 * 1024;
 
-[[noreturn]] void invalid(const std::string& detail) { throw crease::Error("protobuf_invalid", detail); }
+[[noreturn]] void invalid_message(const std::string& detail) { throw crease::Error("protobuf_invalid", detail); }
 
 class MessageReader {
  public:
@@ -33,20 +33,20 @@ class MessageReader {
   std::uint32_t next() {
     const std::uint32_t tag = input_.ReadTag();
     if (tag == 0) {
-      if (!input_.ConsumedEntireMessage()) invalid("the message is malformed");
+      if (!input_.ConsumedEntireMessage()) invalid_message("the message is malformed");
       return 0;
     }
     if (WireFormatLite::GetTagWireType(tag) != WireFormatLite::WIRETYPE_LENGTH_DELIMITED) {
-      invalid("the message is not a crease.v1.SubmitJobRequest");
+      invalid_message("the message is not a crease.v1.SubmitJobRequest");
     }
-    if (!input_.ReadVarint32(&length_)) invalid("the message ends early");
+    if (!input_.ReadVarint32(&length_)) invalid_message("the message ends early");
     return static_cast<std::uint32_t>(WireFormatLite::GetTagFieldNumber(tag));
   }
 
   std::string text() {
     std::string bytes;
     if (length_ > kMaxTextBytes || !input_.ReadString(&bytes, static_cast<int>(length_))) {
-      invalid("a field of the message is too long or ends early");
+      invalid_message("a field of the message is too long or ends early");
     }
     return bytes;
   }
@@ -56,7 +56,7 @@ class MessageReader {
     while (left > 0) {
       const void* data = nullptr;
       int size = 0;
-      if (!input_.GetDirectBufferPointer(&data, &size)) invalid("the mesh in the message ends early");
+      if (!input_.GetDirectBufferPointer(&data, &size)) invalid_message("the mesh in the message ends early");
       const std::uint32_t count = std::min(left, static_cast<std::uint32_t>(size));
       file.append(static_cast<const char*>(data), count);
       input_.Skip(static_cast<int>(count));
@@ -65,11 +65,11 @@ class MessageReader {
   }
 
   void copy_numbers_to(UploadFile& file) {
-    if (length_ % sizeof(double) != 0) invalid("the weights in the message are not packed doubles");
+    if (length_ % sizeof(double) != 0) invalid_message("the weights in the message are not packed doubles");
     const std::size_t count = length_ / sizeof(double);
     for (std::size_t i = 0; i < count; ++i) {
       std::uint64_t bits = 0;
-      if (!input_.ReadLittleEndian64(&bits)) invalid("the weights in the message end early");
+      if (!input_.ReadLittleEndian64(&bits)) invalid_message("the weights in the message end early");
       const auto weight = std::bit_cast<double>(bits);
       if (!crease::is_weight(weight)) crease::fail_weight(i, weight);
       const std::string text = fmt::format("{}{}", i == 0 ? '[' : ',', weight);
@@ -93,9 +93,9 @@ SubmitFields split_submit_message(const std::filesystem::path& message, UploadFi
   std::uint32_t seen = 0;
   while (const std::uint32_t field = reader.next()) {
     if (SubmitJobRequest::descriptor()->FindFieldByNumber(static_cast<int>(field)) == nullptr) {
-      invalid("the message has an unknown field " + std::to_string(field));
+      invalid_message("the message has an unknown field " + std::to_string(field));
     }
-    if ((seen & (1U << field)) != 0) invalid("a field of the message is repeated");
+    if ((seen & (1U << field)) != 0) invalid_message("a field of the message is repeated");
     seen |= 1U << field;
     if (field == SubmitJobRequest::kMeshFieldNumber) {
       reader.copy_to(mesh);
@@ -106,7 +106,7 @@ SubmitFields split_submit_message(const std::filesystem::path& message, UploadFi
     } else if (field == SubmitJobRequest::kWeightsFieldNumber) {
       reader.copy_numbers_to(weights);
     } else if (!fields.parameters.ParseFromString(reader.text())) {
-      invalid("the parameters in the message are malformed");
+      invalid_message("the parameters in the message are malformed");
     }
   }
   crease::validate(fields.parameters);

@@ -22,7 +22,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kFirstPause{100}, kLongestPause{10'000};
+constexpr std::chrono::milliseconds kFirstRestartPause{100}, kLongestRestartPause{10'000};
 constexpr std::chrono::seconds kSoundLife{5};
 
 /// The place of one worker.
@@ -34,7 +34,7 @@ struct Post {
 
 std::chrono::milliseconds next_pause(const Post& post, Clock::time_point now) {
   if (now - post.started >= kSoundLife) return std::chrono::milliseconds{0};
-  return std::clamp(post.pause * 2, kFirstPause, kLongestPause);
+  return std::clamp(post.pause * 2, kFirstRestartPause, kLongestRestartPause);
 }
 
 }  // namespace

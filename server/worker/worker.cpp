@@ -20,7 +20,7 @@
 namespace creased {
 namespace {
 
-constexpr std::chrono::milliseconds kLongestPause{2'000};
+constexpr std::chrono::milliseconds kLongestPollPause{2'000};
 
 /// Runs the next job, if any. Returns whether there was one.
 bool run_next(Store& store, const WorkerOptions& options, std::optional<Sandbox>& sandbox,
@@ -68,7 +68,7 @@ int run_worker(Store& store, const WorkerOptions& options, const std::atomic<boo
       pause = options.poll;
     } catch (const crease::Error& error) {
       spdlog::error("worker {}: {}", options.name, error.detail());
-      pause = std::min(pause * 2, kLongestPause);
+      pause = std::min(pause * 2, kLongestPollPause);
     }
     std::this_thread::sleep_for(pause);
   }

@@ -11,7 +11,7 @@
 namespace crease::fuzz {
 namespace {
 
-constexpr DecodeLimits kLimits{100, 200};
+constexpr DecodeLimits kFuzzedLimits{100, 200};
 
 /// Parameters that cause little work, so that each input runs fast.
 v1::Parameters of_little_work(v1::Parameters parameters) {
@@ -50,7 +50,7 @@ void fuzz_job(std::string_view bytes) {
       set_parameter(parameters, name, value);
     }
     parameters = of_little_work(resolve(parameters));
-    input = check_input(bytes, MeshFormat::kOff, kLimits);
+    input = check_input(bytes, MeshFormat::kOff, kFuzzedLimits);
   });
   if (is_refused) return;
   RunContext context;

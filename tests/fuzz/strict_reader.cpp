@@ -21,7 +21,7 @@ bool is_visible(std::string_view text) {
 }
 
 /// Takes a line and its CRLF; nullopt when there is no CRLF or a control character before it.
-std::optional<std::string_view> take_line(std::string_view& rest) {
+std::optional<std::string_view> next_line(std::string_view& rest) {
   const auto end = rest.find("\r\n");
   if (end == kNone) return std::nullopt;
   const std::string_view line = rest.substr(0, end);
@@ -33,7 +33,7 @@ std::optional<std::string_view> take_line(std::string_view& rest) {
 
 std::optional<Fields> take_fields(std::string_view& rest) {
   Fields fields;
-  while (const auto line = take_line(rest)) {
+  while (const auto line = next_line(rest)) {
     if (line->empty()) return fields;
     const auto colon = line->find(':');
     if (colon == kNone || !is_visible(line->substr(0, colon))) return std::nullopt;
@@ -54,7 +54,7 @@ bool take_bytes(std::string_view& rest, std::string_view digits, int base, std::
 }
 
 bool take_chunks(std::string_view& rest, std::string* taken = nullptr) {
-  while (const auto line = take_line(rest)) {
+  while (const auto line = next_line(rest)) {
     const std::string_view size = trimmed(line->substr(0, line->find(';')));
     if (line->starts_with(' ') || line->starts_with('\t') || !take_bytes(rest, size, 16, taken)) return false;
     if (size.find_first_not_of('0') == kNone) return take_fields(rest).has_value();
@@ -103,7 +103,7 @@ std::vector<std::string> strict_requests(std::string_view bytes) {
   std::vector<std::string> requests;
   while (true) {
     while (bytes.starts_with("\r\n")) bytes.remove_prefix(2);
-    const auto line = take_line(bytes);
+    const auto line = next_line(bytes);
     if (!line) return requests;
     const auto first = line->find(' '), last = line->rfind(' ');
     if (first == kNone || first == last) return requests;
@@ -121,7 +121,7 @@ std::vector<Answer> strict_answers(std::string_view bytes, const std::vector<boo
   static const std::regex status_line("HTTP/1\\.1 ([1-5][0-9][0-9]) [ -~]+");
   std::vector<Answer> answers;
   while (!bytes.empty()) {
-    const auto line = take_line(bytes);
+    const auto line = next_line(bytes);
     std::match_results<std::string_view::const_iterator> match;
     require(line && std::regex_match(line->begin(), line->end(), match, status_line), "an answer has a status line");
     Answer answer{std::stoi(match[1].str()), "", ""};

@@ -24,7 +24,7 @@ std::vector<std::string> keys(const nlohmann::ordered_json& object) {
   return names;
 }
 
-LabelledMesh labelled(const Mesh& mesh) {
+LabelledMesh distinctly_labelled(const Mesh& mesh) {
   LabelledMesh result{.mesh = mesh, .edges = build_topology(mesh).edges, .labels = {}, .dihedral_rad = {}};
   for (std::size_t e = 0; e < result.edges.size(); ++e) {
     result.labels.push_back(1.0 / static_cast<double>(e + 1));
@@ -40,7 +40,7 @@ TEST(Sha256, AgreesWithThePublishedExamples) {
 
 TEST(LabelledMeshMessage, PreservesEveryMeshBitForBit) {
   for (const auto& [name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
-    const LabelledMesh before = labelled(mesh);
+    const LabelledMesh before = distinctly_labelled(mesh);
     v1::LabelledMesh parsed;
     ASSERT_TRUE(parsed.ParseFromString(to_message(before).SerializeAsString()));
     const LabelledMesh after = from_message(parsed);
@@ -76,7 +76,7 @@ TEST(LabelledMeshMessage, PreservesFeatures) {
 }
 
 TEST(LabelledMeshMessage, RefusesFeaturesThatDoNotFit) {
-  const v1::LabelledMesh good = to_message(labelled(test::cube(1)));
+  const v1::LabelledMesh good = to_message(distinctly_labelled(test::cube(1)));
   const std::vector<std::function<void(v1::LabelledMesh&)>> faults = {
       [](auto& message) { message.add_classes(0); },
       [](auto& message) { message.mutable_classes()->Resize(8, 3); },
@@ -120,7 +120,7 @@ TEST(WarningMessages, AreAddedOnce) {
 }
 
 TEST(LabelledMeshMessage, RefusesArraysThatDoNotFitTogether) {
-  const v1::LabelledMesh good = to_message(labelled(test::cube(1)));
+  const v1::LabelledMesh good = to_message(distinctly_labelled(test::cube(1)));
   EXPECT_NO_THROW(from_message(good));
   v1::LabelledMesh message = good;
   message.add_positions(0);

@@ -19,7 +19,7 @@ using test::labelled;
 /// A mesh whose coordinates use all their digits.
 Mesh ragged(const Mesh& mesh) { return add_noise(mesh, 0.01, 9, NoiseKind::kGaussian); }
 
-Vec3 in_single(Vec3 position) {
+Vec3 to_single(Vec3 position) {
   for (double& coordinate : position) {
     const volatile auto single = static_cast<float>(coordinate);  // without volatile, gcc 12 at -O3 drops the rounding
     coordinate = static_cast<double>(single);
@@ -81,7 +81,7 @@ TEST(EncodeFormats, StlKeepsFacetsInOrderInSinglePrecision) {
     ASSERT_EQ(decoded.triangles.size(), mesh.triangles.size());
     for (std::size_t face = 0; face < mesh.triangles.size(); ++face) {
       for (std::size_t k = 0; k < 3; ++k) {
-        EXPECT_EQ(decoded.positions[decoded.triangles[face][k]], in_single(mesh.positions[mesh.triangles[face][k]]));
+        EXPECT_EQ(decoded.positions[decoded.triangles[face][k]], to_single(mesh.positions[mesh.triangles[face][k]]));
       }
     }
   }

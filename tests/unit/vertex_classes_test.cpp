@@ -16,7 +16,7 @@ namespace {
 using test::labelled;
 using enum VertexClass;
 
-constexpr std::array kAll = {kSmooth, kRidge, kCorner};
+constexpr std::array kClasses = {kSmooth, kRidge, kCorner};
 
 std::vector<VertexClass> classes_of(const LabelledMesh& result) {
   return classify_vertices(build_topology(result.mesh), result.mesh.positions, result.labels);
@@ -30,7 +30,7 @@ std::map<VertexClass, int> counts(const std::vector<VertexClass>& classes) {
 
 std::vector<VertexClass> random_classes(std::size_t count, std::mt19937& random) {
   std::vector<VertexClass> classes(count);
-  for (VertexClass& c : classes) c = kAll[std::uniform_int_distribution<std::size_t>(0, 2)(random)];
+  for (VertexClass& c : classes) c = kClasses[std::uniform_int_distribution<std::size_t>(0, 2)(random)];
   return classes;
 }
 
@@ -108,7 +108,7 @@ TEST(VertexClasses, EnergyAgreesWithItsDefinitionAndDeltasAreDifferences) {
     std::vector<VertexClass> classes = random_classes(member.mesh.positions.size(), random);
     EXPECT_NEAR(field.energy(classes), BruteForce(member.mesh, topology, labels)(classes), 1e-7);
     for (Index v = 0; v < std::min<std::size_t>(classes.size(), 40); ++v) {
-      for (const VertexClass c : kAll) {
+      for (const VertexClass c : kClasses) {
         const double before = field.energy(classes), delta = field.delta_energy(classes, v, c);
         std::vector<VertexClass> changed = classes;
         changed[v] = c;
@@ -131,7 +131,7 @@ TEST(VertexClasses, NoExpansionLowersTheEnergyFurther) {
     const VertexClassField field(topology, mesh.positions, labels, options);
     const std::vector<VertexClass> classes = classify_vertices(field);
     const double energy = field.energy(classes);
-    for (const VertexClass alpha : kAll) {
+    for (const VertexClass alpha : kClasses) {
       for (unsigned set = 0; set < 1U << vertices; ++set) {
         std::vector<VertexClass> moved = classes;
         for (unsigned v = 0; v < vertices; ++v) {
@@ -153,7 +153,7 @@ TEST(VertexClasses, AreOptimalOnATetrahedron) {
     double best = 1e9;
     for (unsigned code = 0; code < 81; ++code) {
       best = std::min(
-          best, field.energy(std::array{kAll[code % 3], kAll[code / 3 % 3], kAll[code / 9 % 3], kAll[code / 27]}));
+          best, field.energy(std::array{kClasses[code % 3], kClasses[code / 3 % 3], kClasses[code / 9 % 3], kClasses[code / 27]}));
     }
     EXPECT_NEAR(field.energy(classify_vertices(field)), best, 1e-8);
   }
