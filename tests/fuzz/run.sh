@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Replays past failures, then fuzzes: tests/fuzz/run.sh [SECONDS [TARGET…]]
-# Runs each named target, or all of them, for SECONDS (10), several at a time, in build/fuzz. The seed is fixed, so a
-# new failure comes from a change of the code; FUZZ_SEED=$RANDOM takes another seed. Interesting inputs stay in
-# build/fuzz/found and failing ones in build/fuzz/faults. Move a failing input to tests/fuzz/regressions.
+# Replays past failures, then fuzzes: tests/fuzz/run.sh [SECONDS [TARGET…]]. `tests/run.sh fuzz` builds first.
+# Runs each named target, or all of them, for SECONDS (5), several at a time. The seed is fixed, so a new failure comes
+# from a change of the code; FUZZ_SEED=$RANDOM takes another seed. Interesting inputs stay in build/fuzz/found and
+# failing ones in build/fuzz/faults. Move a failing input to tests/fuzz/regressions.
 set -euo pipefail
 
 cd "$(dirname "$(readlink -f "$0")")/../.."
-readonly fuzzer=build/fuzz/bin/creased_fuzz
+readonly fuzzer=build/asan/bin/creased_fuzz
 export UBSAN_OPTIONS=print_stacktrace=1
 # Short allocation traces and a job store in memory double the number of executions.
 export ASAN_OPTIONS=malloc_context_size=3:quarantine_size_mb=16
@@ -34,8 +34,6 @@ if [[ ${1:-} == --one ]]; then
   exit
 fi
 
-seconds=${1:-10}
+seconds=${1:-5}
 if (($# > 1)); then names=("${@:2}"); else mapfile -t names < <(ls tests/fuzz/corpus); fi
-cmake --preset fuzz
-cmake --build --preset fuzz
 printf '%s\n' "${names[@]}" | xargs --max-args=1 "--max-procs=$(nproc)" "$0" --one "$seconds"
