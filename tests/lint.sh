@@ -10,7 +10,7 @@ set -euo pipefail
 cd "$(dirname "$(readlink -f "$0")")/.."
 readonly rooms=(core proto server client tests)
 
-sources() { find "${rooms[@]}" -name node_modules -prune -o \( -name '*.h' -o -name '*.cpp' \) -print "$@"; }
+sources() { find "${rooms[@]}" -name node_modules -prune -o \( -name '*.h' -o -name '*.cpp' \) "${@:--print}"; }
 
 lint() {
   sources -print0 | xargs -0 clang-format --dry-run -Werror

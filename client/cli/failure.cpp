@@ -10,21 +10,21 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::string text_of(const ordered_json& problem, const char* member) {
+std::string member_text(const ordered_json& problem, const char* member) {
   const auto found = problem.find(member);
   return found != problem.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
 /// "code: detail (place)"
 std::string sentence(const ordered_json& problem) {
-  const std::string place = text_of(problem, "place");
-  return fmt::format("{}: {}{}", text_of(problem, "code"), text_of(problem, "detail"),
+  const std::string place = member_text(problem, "place");
+  return fmt::format("{}: {}{}", member_text(problem, "code"), member_text(problem, "detail"),
                      place.empty() ? "" : " (" + place + ")");
 }
 
 ExitCode exit_code_of_problem(const ordered_json& problem) {
   const auto status = problem.find("status");
-  return exit_code_of(text_of(problem, "code"),
+  return exit_code_of(member_text(problem, "code"),
                       status != problem.end() && status->is_number_integer() ? status->get<int>() : 0);
 }
 

@@ -10,6 +10,9 @@
 
 namespace crease {
 
+/// How many sites of a mesh are worth handing to a thread at once.
+inline constexpr std::size_t kChunk = 4096;
+
 /// A few threads that run one loop after another with little delay between them: a sweep is a dozen short loops, one
 /// for each phase.
 class ThreadTeam {

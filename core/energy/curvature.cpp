@@ -8,7 +8,6 @@
 namespace crease {
 namespace {
 
-constexpr std::size_t kChunk = 4096;
 /// Where the centroids of a face's neighbours are too badly placed to interpolate at its own.
 constexpr double kSmallestWeight = 0.05;
 

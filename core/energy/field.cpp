@@ -7,8 +7,6 @@
 namespace crease {
 namespace {
 
-constexpr std::size_t kChunk = 4096;
-
 /// Angle between unit vectors by the square of their difference, which is exact where a cosine is not: near zero.
 /// arccos x = sqrt(1 − x) times a polynomial, within 2·10⁻⁸ rad [Abramowitz & Stegun 4.4.46].
 double angle_of_chord(double square) {

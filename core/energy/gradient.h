@@ -45,7 +45,6 @@ class EnergyGradient {
   double vertex_pass(const Weights& weights, View points, std::span<Real> gradient, ThreadTeam& team);
   Vector by_normal(const Weights& weights, std::size_t face) const;
 
-  static constexpr std::size_t kChunk = 2048;
   /// Twice the area in ℓ² below which a normal fades to zero.
   static constexpr Real kFadingArea = Real(1e-3);
 

@@ -24,7 +24,6 @@ RidgeLineTerm::RidgeLineTerm(const TermSetup& setup)
     : topology_(setup.field.topology), neighbors_(setup.field.positions.size(), kNoLine) {}
 
 void RidgeLineTerm::labels_changed(const Field& field, ThreadTeam& team) {
-  constexpr std::size_t kChunk = 4096;
   team.run(neighbors_.size(), kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t v = begin; v < end; ++v) neighbors_[v] = ridge_neighbors(field, static_cast<Index>(v));
   });

@@ -1,11 +1,7 @@
 #include "core/energy/smoothness.h"
 
 namespace crease {
-namespace {
-
-constexpr std::size_t kChunk = 8192;
-
-}  // namespace
+namespace {}  // namespace
 
 SmoothnessTerm::SmoothnessTerm(const TermSetup& setup)
     : shape_(setup.options.smoothness),

@@ -3,7 +3,6 @@
 namespace crease {
 
 void SupportTerm::positions_changed(const Field& field, ThreadTeam& team) {
-  constexpr std::size_t kChunk = 4096;
   team.run(sums_.size(), kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t v = begin; v < end; ++v) {
       Vec3 sum = Vec3::Zero();

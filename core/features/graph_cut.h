@@ -7,6 +7,9 @@
 
 namespace crease {
 
+/// A gain of energy below this is none: rounding makes as much.
+inline constexpr double kNegligible = 1e-9;
+
 /// A flow network between one source and one sink. Dinic's algorithm [Dinic 1970] finds the maximum flow: shortest
 /// augmenting paths, phase by phase, with the current-arc rule. It suits the small, shallow networks of local moves,
 /// which need few phases. Capacities are finite and not negative.

@@ -1,12 +1,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/features/graph_cut.h"
 #include "core/features/segment_moves.h"
 
 namespace crease {
 namespace {
-
-constexpr double kNegligible = 1e-9;
 
 /// The whole border between two segments.
 struct Border {

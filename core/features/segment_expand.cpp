@@ -8,7 +8,6 @@
 namespace crease {
 namespace {
 
-constexpr double kNegligible = 1e-9;
 /// An expansion may take faces up to this many steps from the segment's border.
 constexpr int kReach = 4;
 

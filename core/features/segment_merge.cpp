@@ -2,12 +2,11 @@
 #include <map>
 #include <queue>
 
+#include "core/features/graph_cut.h"
 #include "core/features/segment_moves.h"
 
 namespace crease {
 namespace {
-
-constexpr double kNegligible = 1e-9;
 
 /// A pair of neighbours with the cost of its border when it was queued.
 struct Candidate {

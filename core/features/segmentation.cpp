@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/features/graph_cut.h"
 #include "core/features/segment_moves.h"
 #include "core/mesh/face_vectors.h"
 
@@ -12,8 +13,6 @@ namespace crease {
 namespace {
 
 constexpr double kLeastArea = 0.1;
-/// The last sweep is the one that saves less than this.
-constexpr double kNegligible = 1e-9;
 
 std::vector<double> face_areas(const Mesh& mesh, const std::vector<Vec3>& positions) {
   std::vector<double> areas;

@@ -13,7 +13,6 @@ constexpr std::array kAllClasses = {VertexClass::kSmooth, VertexClass::kRidge, V
 constexpr int kMaxRounds = 20;
 /// s(θ) falls from 1 to 0 over this many radians on either side of `corner_turn`.
 constexpr double kTurnSlack = 15 * (std::numbers::pi / 180);
-constexpr double kNegligible = 1e-9;
 
 }  // namespace
 

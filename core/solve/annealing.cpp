@@ -5,7 +5,6 @@
 namespace crease {
 namespace {
 
-constexpr std::size_t kChunk = 8192;
 /// The labels are averaged over the part of a stage after this time.
 constexpr double kAverageFrom = 0.85;
 

@@ -6,7 +6,6 @@
 namespace crease {
 namespace {
 
-constexpr std::size_t kChunk = 8192;
 constexpr int kMostTrials = 12;
 
 double dot(const std::vector<double>& a, const std::vector<double>& b, ThreadTeam& team) {

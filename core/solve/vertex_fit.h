@@ -13,7 +13,6 @@ namespace crease {
 /// [Sun et al. 2007]. `normal(face)` is a unit normal in double precision, `moves(vertex)` whether a vertex may move.
 template <typename Normal, typename Moves>
 void fit_vertices(Surface& surface, std::uint32_t steps, Normal normal, Moves moves, ThreadTeam& team) {
-  constexpr std::size_t kChunk = 2048;
   std::vector<Vec3> centroids(surface.faces.size()), next(surface.positions);
   for (std::uint32_t step = 0; step < steps; ++step) {
     team.run(centroids.size(), kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {

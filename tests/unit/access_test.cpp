@@ -234,7 +234,7 @@ TEST_F(KeyFile, IsRefusedWhenOthersCanWriteIt) {
   ::chmod(file().c_str(), 0644);
   EXPECT_EQ(fault(), "none");
   EXPECT_TRUE(readable_by_others(file()));
-  for (const mode_t mode : {0620, 0602}) {
+  for (const mode_t mode : {0620U, 0602U}) {
     ::chmod(file().c_str(), mode);
     EXPECT_THAT(fault(), HasSubstr("can write the file")) << mode;
   }

@@ -12,7 +12,7 @@ namespace crease {
 namespace {
 
 /// One option set for every term that descent sees.
-std::vector<MrfOptions> variants() {
+std::vector<MrfOptions> descent_variants() {
   std::vector<MrfOptions> variants(9);
   variants[1].smoothness = Smoothness::kSquareRoot;
   variants[2].smoothness = Smoothness::kHuber;
@@ -38,7 +38,7 @@ std::vector<Real> flat(const std::vector<Vec3>& vectors) {
 }
 
 TEST(EnergyGradient, EqualsFiniteDifferences) {
-  for (const MrfOptions& options : variants()) {
+  for (const MrfOptions& options : descent_variants()) {
     for (const auto& [name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
       const Topology topology = build_topology(mesh);
       test::FieldWithEnergy state(test::shaken_field(mesh, topology, 5), options);
@@ -61,7 +61,7 @@ TEST(EnergyGradient, EqualsFiniteDifferences) {
 
 // Where no face is near to having no area, the faded normals are the field's.
 TEST(EnergyGradient, ItsValueIsTheEnergyOfTheReports) {
-  for (const MrfOptions& options : variants()) {
+  for (const MrfOptions& options : descent_variants()) {
     if (options.smoothness == Smoothness::kSquareRoot) continue;  // rounded off in descent
     const Mesh mesh = test::icosphere(3);
     const Topology topology = build_topology(mesh);
@@ -77,7 +77,7 @@ TEST(EnergyGradient, ItsValueIsTheEnergyOfTheReports) {
 }
 
 TEST(EnergyGradient, SinglePrecisionAgreesWithDouble) {
-  for (const MrfOptions& options : variants()) {
+  for (const MrfOptions& options : descent_variants()) {
     const Mesh mesh = test::icosphere(3);
     const Topology topology = build_topology(mesh);
     test::FieldWithEnergy state(test::shaken_field(mesh, topology, 5), options);

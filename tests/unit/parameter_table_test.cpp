@@ -263,9 +263,10 @@ TEST(ParametersSchema, DescribesEveryParameterWithADefaultThatIsAccepted) {
   EXPECT_EQ(schema["properties"]["sweeps"]["type"], "integer");
   EXPECT_EQ(schema["properties"]["seed"]["maximum"], std::numeric_limits<std::uint32_t>::max());
   EXPECT_EQ(schema["properties"]["edge_process"]["type"], "boolean");
-  EXPECT_EQ(schema["properties"]["smoothness"]["enum"], (json{"quadratic", "square_root", "huber", "truncated"}));
+  EXPECT_EQ(schema["properties"]["smoothness"]["enum"],
+            (nlohmann::ordered_json{"quadratic", "square_root", "huber", "truncated"}));
   EXPECT_EQ(schema["properties"]["process"]["default"], "both");
-  EXPECT_EQ(schema["properties"]["process"]["enum"], (json{"auto", "vertex", "face", "both"}));
+  EXPECT_EQ(schema["properties"]["process"]["enum"], (nlohmann::ordered_json{"auto", "vertex", "face", "both"}));
 }
 
 TEST(ParametersSchema, SaysWhereAParameterMattersAndWhatDiffersByMethod) {

@@ -152,8 +152,8 @@ TEST(VertexClasses, AreOptimalOnATetrahedron) {
     const VertexClassField field(topology, mesh.positions, labels);
     double best = 1e9;
     for (unsigned code = 0; code < 81; ++code) {
-      best = std::min(
-          best, field.energy(std::array{kClasses[code % 3], kClasses[code / 3 % 3], kClasses[code / 9 % 3], kClasses[code / 27]}));
+      best = std::min(best, field.energy(std::array{kClasses[code % 3], kClasses[code / 3 % 3], kClasses[code / 9 % 3],
+                                                    kClasses[code / 27]}));
     }
     EXPECT_NEAR(field.energy(classify_vertices(field)), best, 1e-8);
   }
