@@ -24,13 +24,6 @@ readonly bin=build/release/bin
 # What cannot run on this machine ends with this code.
 readonly cannot_run=77
 
-# From nothing several sources are compiled at a time, which takes half as long; a build that is there keeps its way.
-configure() { # PRESET
-  local options=()
-  if [[ ! -f build/$1/CMakeCache.txt ]]; then options=(-DCREASED_UNITY=ON); fi
-  cmake --preset "$1" "${options[@]}"
-}
-
 ctest_room() { # PRESET ROOM [OPTION…]
   local log=build/$1/Testing/Temporary/LastTest.log
   rm -f "$log"
@@ -40,7 +33,7 @@ ctest_room() { # PRESET ROOM [OPTION…]
 
 run_build() {
   docker/install-packages.sh build demo test
-  configure release
+  cmake --preset release
   cmake --build --preset release
 }
 
@@ -72,14 +65,14 @@ run_tidy() {
 
 run_asan() {
   docker/install-packages.sh build fuzz
-  configure asan
+  cmake --preset asan
   cmake --build --preset asan --target unit_tests
   ctest_room asan unit
 }
 
 run_fuzz() {
   docker/install-packages.sh build fuzz
-  configure asan
+  cmake --preset asan
   cmake --build --preset asan --target creased_fuzz
   tests/fuzz/run.sh "$@"
 }
@@ -92,7 +85,7 @@ readonly one_thread_at_a_time='^(Browsers.*|CommandLine|HostileUploads|Key(s|Con
 run_tsan() {
   local reports=$PWD/build/tsan/reports launcher=() try failed=no
   docker/install-packages.sh build
-  configure tsan
+  cmake --preset tsan
   if "${without_random_addresses[@]}" true 2>/dev/null; then launcher=("${without_random_addresses[@]}"); fi
   echo 'int main() {}' | c++ -fsanitize=thread -x c++ - -o build/tsan/probe
   for try in {1..30}; do
