@@ -19,9 +19,9 @@ thread_local const Json* current_fields = nullptr;
 
 std::string timestamp(std::chrono::system_clock::time_point time) {
   const auto since_epoch = std::chrono::duration_cast<std::chrono::milliseconds>(time.time_since_epoch());
-  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(since_epoch);
-  return fmt::format("{:%FT%T}.{:03}Z", fmt::gmtime(static_cast<std::time_t>(seconds.count())),
-                     (since_epoch - seconds).count());
+  const auto whole = std::chrono::duration_cast<std::chrono::seconds>(since_epoch);
+  return fmt::format("{:%FT%T}.{:03}Z", fmt::gmtime(static_cast<std::time_t>(whole.count())),
+                     (since_epoch - whole).count());
 }
 
 std::string dump(const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); }
@@ -47,14 +47,14 @@ std::string one_line(std::string_view text) {
 
 class LineFormatter : public spdlog::formatter {
  public:
-  explicit LineFormatter(bool json) : json_(json) {}
+  explicit LineFormatter(bool as_json) : as_json_(as_json) {}
 
   void format(const spdlog::details::log_msg& message, spdlog::memory_buf_t& out) override {
-    const std::string line = json_ ? json_line(message) : text_line(message);
+    const std::string line = as_json_ ? json_line(message) : text_line(message);
     out.append(line.data(), line.data() + line.size());
   }
 
-  std::unique_ptr<spdlog::formatter> clone() const override { return std::make_unique<LineFormatter>(json_); }
+  std::unique_ptr<spdlog::formatter> clone() const override { return std::make_unique<LineFormatter>(as_json_); }
 
  private:
   static std::string json_line(const spdlog::details::log_msg& message) {
@@ -76,7 +76,7 @@ class LineFormatter : public spdlog::formatter {
     return line + "\n";
   }
 
-  bool json_;
+  bool as_json_;
 };
 
 }  // namespace

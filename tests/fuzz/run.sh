@@ -35,5 +35,6 @@ if [[ ${1:-} == --one ]]; then
 fi
 
 seconds=${1:-5}
+mkdir -p build/fuzz
 if (($# > 1)); then names=("${@:2}"); else mapfile -t names < <(ls tests/fuzz/corpus); fi
 printf '%s\n' "${names[@]}" | xargs --max-args=1 "--max-procs=$(nproc)" "$0" --one "$seconds"

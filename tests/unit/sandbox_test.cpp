@@ -210,11 +210,11 @@ TEST_F(SandboxTest, AKilledTaskIsLostAndTheNextOneRuns) {
   const Descriptor slow = slow_upload();
   const int slow_number = slow.get();
   sandbox.start(endless(), {&slow_number, 1});
-  ::kill(process_of_task(sandbox), SIGSEGV);
+  ::kill(process_of_task(sandbox), SIGKILL);
   for (const auto& event : events_of(sandbox)) EXPECT_TRUE(event.has_progress());
   const auto loss = sandbox.loss();
   ASSERT_TRUE(loss);
-  EXPECT_EQ(loss->what, "was killed by signal 11 (SIGSEGV)");
+  EXPECT_EQ(loss->what, "was killed by signal 9 (SIGKILL)");
   EXPECT_EQ(loss->code, code::kWorkerLost);
   EXPECT_FALSE(loss->by_limit);
 
