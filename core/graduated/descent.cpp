@@ -1,0 +1,222 @@
+#include "core/graduated/descent.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/graduated/lbfgs.h"
+
+namespace crease {
+namespace {
+
+constexpr float kScaleStart = 0.1F, kFadingAreaEnd = 1e-3F;
+constexpr float kLeastEdge = 0.05F;      ///< length below which an edge counts no less
+constexpr float kLargestArea = 0.9F;     ///< a face need not have more than a share of this
+constexpr double kLeastVariance = 5e-4;  ///< of the latent variances, relative to the noise
+constexpr int kLatentStages = 3;         ///< the last ones
+constexpr int kWideNormalRounds = 3;     ///< of smoothing vertex normals in the first half; then one
+
+float geometric(float start, float end, float time) {
+  return std::exp(std::log(start) * (1 - time) + std::log(end) * time);
+}
+
+float mean_square_floor(const GraduatedOptions& options) {
+  return static_cast<float>(kLeastVariance) * options.variance;
+}
+
+template <typename Body>
+void for_each(std::size_t count, ThreadTeam& team, Body body) {
+  team.run(count, kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t i = begin; i < end; ++i) body(i);
+  });
+}
+
+}  // namespace
+
+GraduatedDescent::GraduatedDescent(const FlatMesh& mesh, std::span<const float> measured,
+                                   const GraduatedOptions& options, std::span<const float> precisions,
+                                   std::span<const float> latent, ThreadTeam& team)
+    : mesh_(mesh),
+      measured_(measured),
+      given_precisions_(precisions),
+      given_latent_(latent),
+      options_(options),
+      team_(team),
+      energy_(mesh, measured),
+      positions_(measured.begin(), measured.end()),
+      area_vectors_(3 * mesh.face_count) {
+  if (!precisions.empty()) energy_.precisions.assign(precisions.begin(), precisions.end());
+}
+
+void GraduatedDescent::resume(int stage, FlatVectors positions) {
+  first_stage_ = stage;
+  positions_ = std::move(positions);
+}
+
+GraduatedResult GraduatedDescent::run(const StageObserver& observer) {
+  const DifferentiableFunction function = [&](std::span<const float> x, std::span<float> gradient) {
+    return energy_(x, gradient, team_);
+  };
+  const LbfgsOptions search{.steps = options_.steps};
+  for (int stage = first_stage_; stage < options_.stages; ++stage) {
+    begin_stage(stage);
+    minimize(function, positions_, search, team_);
+    if (observer && !observer({stage, energy_, positions_})) break;
+  }
+  return {positions_, energy_.vertex_normals, latent_, energy_.parts()};
+}
+
+void GraduatedDescent::begin_stage(int stage) {
+  const float time = std::min(1.0F, static_cast<float>(stage) / static_cast<float>(std::max(1, options_.stages - 2)));
+  const PotentialFamily& family = options_.family;
+  energy_.fading_area = geometric(options_.fading_area_start, kFadingAreaEnd, time);
+  energy_.exponent = family.exponent_start + (family.exponent_end - family.exponent_start) * time;
+  energy_.across = options_.across <= 1 ? options_.across
+                                        : std::max(std::min(options_.across_start, options_.across),
+                                                   std::pow(options_.across, std::max(0.0F, 1.5F * time - 0.5F)));
+  energy_.fold_weight = options_.fold_weight;
+  energy_.likelihood = options_.weight / options_.variance * std::pow(family.ramp, 1 - time);
+  update_normals();
+  for (int round = 0; round < (time < 0.5F ? kWideNormalRounds : 1); ++round) {
+    const std::size_t count = mesh_.vertex_count;
+    const FlatVectors before = energy_.vertex_normals;
+    for_each(count, team_, [&](std::size_t v) {
+      for (const Index other : mesh_.vertex_neighbors[v]) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          energy_.vertex_normals[axis * count + v] += before[axis * count + other];
+        }
+      }
+    });
+  }
+  update_references();
+  update_scales(geometric(kScaleStart, family.scale, time));
+  update_precisions(stage);
+}
+
+/// Area vectors of the faces, and their sums around vertices.
+void GraduatedDescent::update_normals() {
+  const std::size_t faces = mesh_.face_count, count = mesh_.vertex_count;
+  const auto corner = [&](std::size_t k, std::size_t f) {
+    return vector_at(positions_, static_cast<std::size_t>(mesh_.corners[k][f]));
+  };
+  for_each(faces, team_, [&](std::size_t f) {
+    const auto a = corner(0, f), b = corner(1, f), c = corner(2, f);
+    const float ux = b[0] - a[0], uy = b[1] - a[1], uz = b[2] - a[2];
+    const float vx = c[0] - a[0], vy = c[1] - a[1], vz = c[2] - a[2];
+    area_vectors_[f] = uy * vz - uz * vy;
+    area_vectors_[faces + f] = uz * vx - ux * vz;
+    area_vectors_[2 * faces + f] = ux * vy - uy * vx;
+  });
+  for_each(count, team_, [&](std::size_t v) {
+    std::array<float, 3> sum{};
+    for (const Index place : mesh_.vertex_corners[v]) {
+      const auto normal = vector_at(area_vectors_, place % faces);
+      for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += normal[axis];
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) energy_.vertex_normals[axis * count + v] = sum[axis];
+  });
+}
+
+/// Unit vertex normals, and from them which way faces look and how much of their area must be seen from there.
+void GraduatedDescent::update_references() {
+  const std::size_t faces = mesh_.face_count, count = mesh_.vertex_count;
+  FlatVectors& normals = energy_.vertex_normals;
+  for_each(count, team_, [&](std::size_t v) {
+    const auto n = vector_at(normals, v);
+    const float length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    if (length > 0) {
+      for (std::size_t axis = 0; axis < 3; ++axis) normals[axis * count + v] /= length;
+    }
+  });
+  std::vector<float> seen(faces);
+  for_each(faces, team_, [&](std::size_t f) {
+    std::array<float, 3> r{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto normal = vector_at(normals, static_cast<std::size_t>(mesh_.corners[k][f]));
+      for (std::size_t axis = 0; axis < 3; ++axis) r[axis] += normal[axis];
+    }
+    const float scale = 1 / std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2] + 1e-20F);
+    const auto area = vector_at(area_vectors_, f);
+    float product = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      energy_.face_references[axis * faces + f] = r[axis] * scale;
+      product += r[axis] * scale * area[axis];
+    }
+    seen[f] = std::max(0.0F, product);
+  });
+  std::vector<float> around(count);
+  for_each(count, team_, [&](std::size_t v) {
+    float sum = 0;
+    for (const Index place : mesh_.vertex_corners[v]) sum += seen[place % faces];
+    around[v] = sum / static_cast<float>(std::max<std::size_t>(1, mesh_.vertex_corners[v].size()));
+  });
+  for_each(faces, team_, [&](std::size_t f) {
+    float mean = 0;
+    for (std::size_t k = 0; k < 3; ++k) mean += around[static_cast<std::size_t>(mesh_.corners[k][f])] / 3;
+    energy_.least_areas[f] = options_.fold_area * std::min(mean, kLargestArea);
+  });
+}
+
+/// Weights and scales of the edges from how much their surroundings bend.
+void GraduatedDescent::update_scales(float scale) {
+  const std::size_t edges = mesh_.edge_count, faces = mesh_.face_count;
+  const PotentialFamily& family = options_.family;
+  FlatVectors unit(area_vectors_);
+  for_each(faces, team_, [&](std::size_t f) {
+    const auto n = vector_at(area_vectors_, f);
+    const float length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    for (std::size_t axis = 0; axis < 3; ++axis) unit[axis * faces + f] = length > 0 ? n[axis] / length : 0;
+  });
+  std::vector<float> lengths(edges), bends(edges);
+  const auto at = [](const std::array<std::vector<FlatIndex>, 2>& two, std::size_t side, std::size_t e) {
+    return static_cast<std::size_t>(two[side][e]);
+  };
+  for_each(edges, team_, [&](std::size_t e) {
+    const auto a = vector_at(positions_, at(mesh_.edge_ends, 0, e)),
+               b = vector_at(positions_, at(mesh_.edge_ends, 1, e));
+    const auto n = vector_at(unit, at(mesh_.edge_faces, 0, e)), m = vector_at(unit, at(mesh_.edge_faces, 1, e));
+    float square = 0, q = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      square += (a[axis] - b[axis]) * (a[axis] - b[axis]);
+      q += (n[axis] - m[axis]) * (n[axis] - m[axis]);
+    }
+    lengths[e] = std::max(kLeastEdge, std::sqrt(square));
+    bends[e] = q / (1 + q / family.ridge_cap);
+  });
+  if (family.local_gain > 0) {
+    std::vector<float> mean(mesh_.vertex_count);
+    for (int round = 0; round < 2; ++round) {
+      for_each(mesh_.vertex_count, team_, [&](std::size_t v) {
+        float sum = 0, length = 1e-9F;
+        for (const Index e : mesh_.vertex_stencils[v]) {
+          sum += lengths[e] * bends[e];
+          length += lengths[e];
+        }
+        mean[v] = sum / length;
+      });
+      for_each(edges, team_, [&](std::size_t e) {
+        bends[e] = (mean[at(mesh_.edge_ends, 0, e)] + mean[at(mesh_.edge_ends, 1, e)]) / 2;
+      });
+    }
+  }
+  for_each(edges, team_, [&](std::size_t e) {
+    const float c = std::sqrt(scale * scale + (family.local_gain > 0 ? family.local_gain * bends[e] : 0));
+    energy_.edge_scales[e] = c;
+    energy_.edge_weights[e] = lengths[e] * (family.local_gain > 0 && family.weight_power == 2 ? kScaleStart / c : 1);
+  });
+}
+
+void GraduatedDescent::update_precisions(int stage) {
+  if (!options_.latent_variance || stage < options_.stages - kLatentStages) return;
+  if (!given_latent_.empty()) {
+    energy_.precisions.assign(given_latent_.begin(), given_latent_.end());
+    return;
+  }
+  std::vector<float> residuals = products(difference(positions_, measured_), energy_.vertex_normals);
+  for (std::size_t v = 0; v < given_precisions_.size(); ++v) residuals[v] *= std::sqrt(given_precisions_[v]);
+  latent_ = fit_latent_variance(residuals, static_cast<double>(mean_square_floor(options_)));
+  for (std::size_t v = 0; v < given_precisions_.size(); ++v) latent_.precision[v] *= given_precisions_[v];
+  energy_.precisions = latent_.precision;
+}
+
+}  // namespace crease

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/base/thread_team.h"
+#include "core/graduated/flat_mesh.h"
+
+namespace crease {
+
+/// ψ_a(q; c), a robust potential of q = ‖n_i − n_j‖² with exponent a and scale c [Barron 2019]: quadratic at a = 2, the
+/// square root of Diebel et al. at a = 1, a logarithm at a = 0. It is the energy of the paper's labels, minimised over
+/// them: the line process of [Black & Rangarajan 1996]. Its slope is the label in closed form,
+/// 1 − ε = (1 + q/(c²|a − 2|))^(a/2 − 1).
+///
+/// The energy of positions x, in units of ℓ, while the numbers below stand still:
+///
+///     E(x) = A Σ_v p_v (t ‖d‖² + (1 − t) (d·m_v)²)         d = x_v − y_v
+///          + Σ_e w_e ψ_a(‖n_i − n_j‖²; c_e)                n = N/√(‖N‖² + h²), N the area vector of a face
+///          + F Σ_f max(0, τ_f − N_f·r_f)²                  a face that folds over pays for it
+class GraduatedEnergy {
+ public:
+  /// The mesh and `measured` (y) must outlive the object.
+  GraduatedEnergy(const FlatMesh& mesh, std::span<const float> measured);
+
+  float exponent = 1;         ///< a, 0 to 2
+  float fading_area = 1e-3F;  ///< h: where a face's normal fades to zero; twice an area in ℓ²
+  float likelihood = 1;       ///< A
+  float across = 1;           ///< t: cost of moving within the surface, relative to along its normal
+  float fold_weight = 3;      ///< F
+
+  std::vector<float> edge_weights, edge_scales;  ///< w_e, c_e > 0
+  std::vector<float> precisions;                 ///< p_v
+  FlatVectors vertex_normals;                    ///< m_v, unit
+  FlatVectors face_references;                   ///< r_f, unit
+  std::vector<float> least_areas;                ///< τ_f
+
+  /// What the last evaluation was made of.
+  struct Parts {
+    double likelihood = 0, smoothness = 0, folds = 0;
+    double total() const { return likelihood + smoothness + folds; }
+  };
+
+  /// E at `positions` with its gradient. The same bits for any number of threads.
+  double operator()(std::span<const float> positions, std::span<float> gradient, ThreadTeam& team);
+
+  const Parts& parts() const { return parts_; }
+  std::size_t evaluations() const { return evaluations_; }
+  /// ∂ψ/∂q · 2w per edge at the last positions.
+  std::span<const float> stiffness() const { return {stiffness_.data(), mesh_.edge_count}; }
+
+ private:
+  const FlatMesh& mesh_;
+  std::span<const float> measured_;
+  FlatVectors normals_;
+  std::vector<float> inverse_lengths_;  ///< 1/√(‖N‖² + h²)
+  std::vector<float> stiffness_;        ///< one more than there are edges; the last is 0
+  std::vector<float> by_corner_;        ///< ∂E/∂corner: x of corner 0 of all faces, of corner 1, …, z of corner 2
+  Parts parts_;
+  std::size_t evaluations_ = 0;
+};
+
+}  // namespace crease

@@ -1,0 +1,129 @@
+#include "core/graduated/flat_mesh.h"
+
+#include <algorithm>
+
+namespace crease {
+namespace {
+
+/// Rows from pairs (row, item), which `visit` hands to its argument in the same order each time it is called.
+template <typename Visit>
+IndexRows rows_of(std::size_t count, Visit visit) {
+  IndexRows rows;
+  rows.starts.assign(count + 1, 0);
+  visit([&](FlatIndex row, FlatIndex /*item*/) { ++rows.starts[static_cast<std::size_t>(row) + 1]; });
+  for (std::size_t row = 0; row < count; ++row) rows.starts[row + 1] += rows.starts[row];
+  rows.items.resize(rows.starts.back());
+  std::vector<Index> next(rows.starts.begin(), rows.starts.end() - 1);
+  visit([&](FlatIndex row, FlatIndex item) {
+    rows.items[next[static_cast<std::size_t>(row)]++] = static_cast<Index>(item);
+  });
+  return rows;
+}
+
+Vec3 mean_of(const std::vector<Vec3>& positions) {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& position : positions) sum += position;
+  return sum / static_cast<double>(positions.size());
+}
+
+/// The edge of the topology from corner k to k + 1 of an oriented face.
+Index side_of(const Topology& topology, const Triangle& face, std::size_t f, std::size_t k) {
+  const Index a = std::min(face[k], face[(k + 1) % 3]), b = std::max(face[k], face[(k + 1) % 3]);
+  for (const Index edge : topology.face_edges[f]) {
+    if (edge != kNone && topology.edges[edge] == Edge{a, b}) return edge;
+  }
+  return kNone;
+}
+
+Index opposite_corner(const Triangle& face, const Edge& edge) {
+  const auto corner = std::ranges::find_if(face, [&](Index v) { return v != edge.v0 && v != edge.v1; });
+  return corner == face.end() ? edge.v0 : *corner;
+}
+
+}  // namespace
+
+FlatMesh::FlatMesh(const Surface& surface) : vertex_count(surface.positions.size()), face_count(faces.size()) {
+  const Topology& topology = surface.topology;
+  std::vector<Index> flat_edge(topology.edges.size(), kNone);
+  at_border.assign(vertex_count, 0);
+  for (std::size_t e = 0; e < topology.edges.size(); ++e) {
+    const Edge& edge = topology.edges[e];
+    if (!topology.is_interior(e)) {
+      at_border[edge.v0] = at_border[edge.v1] = 1;
+      continue;
+    }
+    flat_edge[e] = static_cast<Index>(edge_count++);
+    topology_edges.push_back(static_cast<Index>(e));
+    edge_ends[0].push_back(static_cast<FlatIndex>(edge.v0));
+    edge_ends[1].push_back(static_cast<FlatIndex>(edge.v1));
+    for (std::size_t side = 0; side < 2; ++side) {
+      const Index face = topology.edge_faces[e][side];
+      edge_faces[side].push_back(static_cast<FlatIndex>(face));
+      edge_opposites[side].push_back(static_cast<FlatIndex>(opposite_corner(faces[face], edge)));
+    }
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t f = 0; f < face_count; ++f) {
+      const Index edge = side_of(topology, faces[f], f, k);
+      const Index across = topology.face_across(static_cast<Index>(f), edge);
+      corners[k].push_back(static_cast<FlatIndex>(faces[f][k]));
+      neighbors[k].push_back(static_cast<FlatIndex>(across == kNone ? f : across));
+      sides[k].push_back(static_cast<FlatIndex>(across == kNone ? edge_count : flat_edge[edge]));
+    }
+  }
+  vertex_corners = rows_of(vertex_count, [&](auto add) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t f = 0; f < face_count; ++f) add(corners[k][f], static_cast<FlatIndex>(k * face_count + f));
+    }
+  });
+  vertex_neighbors = rows_of(vertex_count, [&](auto add) {
+    for (std::size_t e = 0; e < edge_count; ++e) {
+      add(edge_ends[0][e], edge_ends[1][e]);
+      add(edge_ends[1][e], edge_ends[0][e]);
+    }
+  });
+  vertex_stencils = rows_of(vertex_count, [&](auto add) {
+    for (std::size_t e = 0; e < edge_count; ++e) {
+      for (const auto* vertices : {&edge_ends, &edge_opposites}) {
+        for (const auto& side : *vertices) add(side[e], static_cast<FlatIndex>(e));
+      }
+    }
+  });
+  measured.resize(3 * vertex_count);
+  const Vec3 center = mean_of(positions);
+  for (std::size_t v = 0; v < vertex_count; ++v) {
+    const Vec3 position = positions[v] - center;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      measured[axis * vertex_count + v] = static_cast<float>(position[static_cast<Eigen::Index>(axis)]);
+    }
+  }
+}
+
+void FlatMesh::diffuse(std::vector<float>& values, int rounds) const {
+  std::vector<float> before;
+  for (int round = 0; round < rounds; ++round) {
+    before = values;
+    for (std::size_t v = 0; v < vertex_count; ++v) {
+      float sum = before[v];
+      for (const Index other : vertex_neighbors[v]) sum += before[other];
+      values[v] = sum / static_cast<float>(vertex_neighbors[v].size() + 1);
+    }
+  }
+}
+
+std::vector<float> products(std::span<const float> a, std::span<const float> b) {
+  const std::size_t count = a.size() / 3;
+  std::vector<float> result(count);
+  for (std::size_t v = 0; v < count; ++v) {
+    result[v] = a[v] * b[v] + a[count + v] * b[count + v] + a[2 * count + v] * b[2 * count + v];
+  }
+  return result;
+}
+
+FlatVectors difference(std::span<const float> a, std::span<const float> b) {
+  FlatVectors result(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i) result[i] = a[i] - b[i];
+  return result;
+}
+
+}  // namespace crease

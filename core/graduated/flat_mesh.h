@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/geometry/surface.h"
+
+namespace crease {
+
+/// Positions or vectors, three numbers for each vertex or face: all x first, then all y, then all z.
+using FlatVectors = std::vector<float>;
+
+/// Signed, because SIMD gathers take signed 32-bit indices.
+using FlatIndex = std::int32_t;
+
+/// A mesh as the descent reads it: flat arrays in single precision, in units of ℓ and around its centre, so that loops
+/// over faces, edges and vertices run in SIMD lanes. Only interior edges are in it.
+struct FlatMesh {
+  /// `faces` are wound as the topology turns them, `positions` in units of ℓ. The topology need not outlive the object.
+  FlatMesh(const Topology& topology, const std::vector<Triangle>& faces, const std::vector<Vec3>& positions);
+  explicit FlatMesh(const Surface& surface) : FlatMesh(surface.topology, surface.faces, surface.measured) {}
+
+  std::size_t vertex_count = 0, face_count = 0, edge_count = 0;
+
+  std::array<std::vector<FlatIndex>, 3> corners;  ///< per face; wound as the topology turns it
+  std::array<std::vector<FlatIndex>, 3>
+      neighbors;                                ///< per face: across the edge from corner k to k + 1; itself where none
+  std::array<std::vector<FlatIndex>, 3> sides;  ///< per face: that edge; edge_count where there is none
+  std::array<std::vector<FlatIndex>, 2> edge_faces, edge_ends,
+      edge_opposites;                 ///< opposite: the third corners of the faces
+  std::vector<Index> topology_edges;  ///< per edge: its index in the topology
+
+  IndexRows vertex_corners;             ///< per vertex: k · face_count + face
+  IndexRows vertex_neighbors;           ///< per vertex: across interior edges
+  IndexRows vertex_stencils;            ///< per vertex: the edges that it ends or lies opposite of
+  std::vector<std::uint8_t> at_border;  ///< per vertex: 1 where one of its edges is not interior
+
+  FlatVectors measured;
+
+  /// The mean of `values` over each vertex and its neighbours, `rounds` times: about 6 · rounds vertices wide.
+  void diffuse(std::vector<float>& values, int rounds) const;
+};
+
+/// Vector number `i` of flat ones.
+inline std::array<float, 3> vector_at(std::span<const float> flat, std::size_t i) {
+  const std::size_t count = flat.size() / 3;
+  return {flat[i], flat[count + i], flat[2 * count + i]};
+}
+
+/// The inner products of each vertex's vectors in `a` and `b`.
+std::vector<float> products(std::span<const float> a, std::span<const float> b);
+
+/// a − b, item by item.
+FlatVectors difference(std::span<const float> a, std::span<const float> b);
+
+}  // namespace crease

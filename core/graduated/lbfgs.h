@@ -1,0 +1,28 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "core/base/thread_team.h"
+
+namespace crease {
+
+/// A function of flat arrays with its gradient.
+using DifferentiableFunction = std::function<double(std::span<const float> x, std::span<float> gradient)>;
+
+struct LbfgsOptions {
+  int steps = 50;
+  double least_gain = 1e-5;  ///< relative; three smaller ones in a row end the search
+  float first_move = 0.1F;   ///< of the vertex that moves farthest in a step without a history
+  /// First metric: replaces a gradient by what it is worth as a step. Empty: a multiple of the identity.
+  std::function<void(std::span<float>)> precondition = {};
+  float longest_move = 0;  ///< of any vertex in a step; 0: any
+};
+
+/// Minimises by limited-memory BFGS [Liu & Nocedal 1989] with backtracking along a parabola, from `x` to `x`. The same
+/// bits for any number of threads. Returns the value at the end.
+double minimize(const DifferentiableFunction& function, std::vector<float>& x, const LbfgsOptions& options,
+                ThreadTeam& team);
+
+}  // namespace crease
