@@ -71,6 +71,7 @@ JobOutput run_job(const CheckedInput& input, const SmoothOptions& options, RunCo
   result.dihedral_rad = signed_dihedral_angles(result.mesh, input.topology, result.mesh.positions);
   Features features = find_features(result.mesh, input.topology, result.mesh.positions, result.labels);
   output.facts = result_facts(input, result, features, smoothed.seconds);
+  output.facts.choice = std::move(smoothed.choice);
   result.classes = std::move(features.classes);
   result.segments = std::move(features.segments);
   result.ridge_lines = std::move(features.ridge_lines);

@@ -145,8 +145,34 @@ v1::Sweep to_message(const SweepRecord& record) {
   return message;
 }
 
+v1::Choice to_message(const ChoiceReport& report) {
+  v1::Choice message;
+  message.set_noise_sigma(report.noise_sigma);
+  message.set_noise_sigma_first(report.noise_sigma_first);
+  message.set_noise(std::string(words_of(report.direction).at(static_cast<std::size_t>(report.direction))));
+  message.set_impulsive(report.impulsive);
+  message.set_moved_share(report.moved_share);
+  message.set_varying(report.varying);
+  message.set_noise_spread(report.noise_spread);
+  message.set_surface(report.family);
+  message.set_weight(report.weight);
+  message.set_margin(report.margin);
+  for (const CandidateReport& one : report.candidates) {
+    v1::Candidate& candidate = *message.add_candidates();
+    candidate.set_surface(one.family);
+    candidate.set_weight(one.weight);
+    candidate.set_risk(one.risk);
+    candidate.set_cross_validation(one.cross_validation);
+    candidate.set_residual(one.residual);
+    candidate.set_divergence(one.divergence);
+  }
+  *message.mutable_blended() = {report.blended.begin(), report.blended.end()};
+  return message;
+}
+
 v1::ResultFacts to_message(const ResultFacts& facts) {
   v1::ResultFacts message;
+  if (facts.choice) *message.mutable_choice() = to_message(*facts.choice);
   message.set_ridge_edges(facts.ridge_edges);
   message.set_ridge_length(facts.ridge_length);
   message.set_max_displacement(facts.max_displacement);
@@ -218,7 +244,8 @@ ResultFacts from_message(const v1::ResultFacts& message) {
           .max_displacement = message.max_displacement(),
           .rms_displacement = message.rms_displacement(),
           .volume_change = message.volume_change(),
-          .seconds = message.seconds()};
+          .seconds = message.seconds(),
+          .choice = {}};
 }
 
 LabelledMesh from_message(const v1::LabelledMesh& message) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 
 namespace crease::client {
@@ -25,12 +26,28 @@ std::string job_line(const v1::Job& job) {
                      job.input().name(), job.input().faces());
 }
 
+/// "noise 0.31 edge lengths along the normals; creases (clearly)".
+std::string sentence(const v1::Choice& choice) {
+  constexpr double kClearMargin = 0.05;
+  std::string text = choice.noise_sigma() < 1e-3 ? std::string("no noise")
+                                                 : fmt::format("noise {:.2g} edge lengths", choice.noise_sigma());
+  if (choice.noise() == "normal") text += " along the normals";
+  if (choice.noise() == "isotropic") text += " in all directions";
+  if (choice.impulsive()) text += fmt::format(", at {:.0f} % of the vertices", 100 * choice.moved_share());
+  if (choice.varying()) text += ", varying over the surface";
+  text += fmt::format("; {} {}", choice.surface(), choice.margin() > kClearMargin ? "by far" : "by a narrow margin");
+  if (choice.blended_size() > 1) text += fmt::format("; blended of {} candidates", choice.blended_size());
+  std::ranges::replace(text, '_', ' ');
+  return text;
+}
+
 std::string figures(const v1::Job& job) {
   const v1::InputFacts& input = job.input();
   const v1::ResultFacts& result = job.result();
   std::string text = fmt::format("job            {}\n", job.id());
   text += fmt::format("input          {} vertices, {} faces, noise about {:.2g} edge lengths\n", input.vertices(),
                       input.faces(), input.noise_sigma());
+  if (result.has_choice()) text += fmt::format("estimate       {}\n", sentence(result.choice()));
   text += fmt::format("ridges         {} edges in {} lines, length {:.5g}\n", result.ridge_edges(),
                       result.ridge_lines(), result.ridge_length());
   text += fmt::format("displacement   rms {:.3g}, max {:.3g} edge lengths\n", result.rms_displacement(),

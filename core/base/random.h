@@ -6,7 +6,13 @@
 namespace crease {
 
 /// Which field a random number is for; keeps the streams of one seed apart.
-enum class RandomStream : std::uint32_t { kVertexProcess = 1, kEdgeProcess = 2, kNoise = 3, kFaceProcess = 4 };
+enum class RandomStream : std::uint32_t {
+  kVertexProcess = 1,
+  kEdgeProcess = 2,
+  kNoise = 3,
+  kFaceProcess = 4,
+  kProbe = 5
+};
 
 /// Four random words for a site: Philox-4x32-10 [Salmon et al. 2011], a bijection of the counter under the key. Every
 /// site of every sweep has words of its own, so that results do not depend on the order of visits or on threads.

@@ -1,6 +1,7 @@
 #include "core/graduated/flat_mesh.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace crease {
 namespace {
@@ -42,8 +43,8 @@ Index opposite_corner(const Triangle& face, const Edge& edge) {
 
 }  // namespace
 
-FlatMesh::FlatMesh(const Surface& surface) : vertex_count(surface.positions.size()), face_count(faces.size()) {
-  const Topology& topology = surface.topology;
+FlatMesh::FlatMesh(const Topology& topology, const std::vector<Triangle>& faces, const std::vector<Vec3>& positions)
+    : vertex_count(positions.size()), face_count(faces.size()) {
   std::vector<Index> flat_edge(topology.edges.size(), kNone);
   at_border.assign(vertex_count, 0);
   for (std::size_t e = 0; e < topology.edges.size(); ++e) {
@@ -109,6 +110,22 @@ void FlatMesh::diffuse(std::vector<float>& values, int rounds) const {
       values[v] = sum / static_cast<float>(vertex_neighbors[v].size() + 1);
     }
   }
+}
+
+std::vector<float> dihedral_angles(const FlatMesh& mesh, std::span<const float> positions) {
+  const auto normal = [&](FlatIndex face) {
+    const auto corner = [&](std::size_t k) {
+      const auto at = vector_at(positions, static_cast<std::size_t>(mesh.corners[k][static_cast<std::size_t>(face)]));
+      return Vec3(static_cast<double>(at[0]), static_cast<double>(at[1]), static_cast<double>(at[2]));
+    };
+    return direction(area_vector(corner(0), corner(1), corner(2)));
+  };
+  std::vector<float> angles(mesh.edge_count);
+  for (std::size_t e = 0; e < angles.size(); ++e) {
+    const double cosine = normal(mesh.edge_faces[0][e]).dot(normal(mesh.edge_faces[1][e]));
+    angles[e] = static_cast<float>(std::acos(std::clamp(cosine, -1.0, 1.0)));
+  }
+  return angles;
 }
 
 std::vector<float> products(std::span<const float> a, std::span<const float> b) {

@@ -43,6 +43,9 @@ struct FlatMesh {
   void diffuse(std::vector<float>& values, int rounds) const;
 };
 
+/// Unsigned dihedral angle of each edge of `mesh` in radians.
+std::vector<float> dihedral_angles(const FlatMesh& mesh, std::span<const float> positions);
+
 /// Vector number `i` of flat ones.
 inline std::array<float, 3> vector_at(std::span<const float> flat, std::size_t i) {
   const std::size_t count = flat.size() / 3;

@@ -51,11 +51,29 @@ enum class Process {
 constexpr std::array<std::string_view, 3> words_of(Process) { return {"vertex", "face", "both"}; }
 
 enum class Solver {
+  kDescent,     ///< labels minimised out, everything estimated: the automatic setting
   kMetropolis,  ///< §3.5
-  kMeanField,   ///< deterministic annealing
 };
 
-constexpr std::array<std::string_view, 2> words_of(Solver) { return {"metropolis", "mean_field"}; }
+constexpr std::array<std::string_view, 2> words_of(Solver) { return {"descent", "metropolis"}; }
+
+/// What the automatic setting is told of the noise.
+enum class NoiseOption { kEstimated, kNormal, kIsotropic };
+
+constexpr std::array<std::string_view, 3> words_of(NoiseOption) { return {"estimated", "normal", "isotropic"}; }
+
+/// What the automatic setting is told of the surface.
+enum class SurfaceOption {
+  kEstimated,
+  kCreases,        ///< flat faces that meet in sharp ridges
+  kCurvedCreases,  ///< curved faces that meet in sharp ridges
+  kFlats,          ///< flat faces that meet at any angle
+  kOrganic,        ///< curved all over
+};
+
+constexpr std::array<std::string_view, 5> words_of(SurfaceOption) {
+  return {"estimated", "creases", "curved_creases", "flats", "organic"};
+}
 
 // Each method has a struct of its own, with the options that it reads and their defaults. Lengths are in ℓ, the mean
 // edge length of the measured mesh, angles in radians, energies without unit. Ranges, meanings and the names that
@@ -66,7 +84,13 @@ struct MrfOptions {
   static constexpr std::string_view kName = "mrf";
 
   Process process = Process::kBoth;
-  Solver solver = Solver::kMetropolis;
+  Solver solver = Solver::kDescent;
+
+  double strength = 1;     ///< descent: of smoothing; 0 leaves the upload as it is
+  double noise_sigma = 0;  ///< descent: deviation of the noise; 0: estimated
+  NoiseOption noise = NoiseOption::kEstimated;
+  SurfaceOption surface = SurfaceOption::kEstimated;
+
   std::uint32_t sweeps = 1000;  ///< of all processes; kBoth takes half for each
   std::uint32_t seed = 1;
 
@@ -102,6 +126,8 @@ struct MrfOptions {
   double vertex_temperature_start = 0.1, vertex_temperature_end = 0.0005;
   double step_size = 0.1;  ///< half-width of a proposal at the start; adapts to the acceptance rate
 
+  /// Positions go down the gradient instead of being sampled. Set by Diebel's method, not by users.
+  bool conjugate_gradients = false;
   /// Vertices at boundaries and non-manifold edges keep their places in descent. Set by Diebel's method, not by users.
   bool boundaries_stay = false;
 };

@@ -21,20 +21,23 @@ using NonIterative = NonIterativeOptions;
 using Bilateral = BilateralOptions;
 using Diebel = DiebelOptions;
 
-constexpr std::string_view kJob = "Job", kAnnealing = "Annealing", kLikelihood = "Likelihood",
-                           kSmoothness = "Smoothness", kRidges = "Ridges", kFaces = "Face process",
-                           kClassical = "Classical methods";
+constexpr std::string_view kJob = "Job", kAutomatic = "Automatic setting", kAnnealing = "Annealing",
+                           kLikelihood = "Likelihood", kSmoothness = "Smoothness", kRidges = "Ridges",
+                           kFaces = "Face process", kClassical = "Classical methods";
 constexpr std::string_view kEdgeLengths = "edge lengths", kPerSquare = "1/edge length²", kDegrees = "degrees";
 constexpr double kLargestSeed = 4294967295.0;
 
 const ParameterCondition kVertexProcess{"process", {"vertex", "both"}};
 const ParameterCondition kFaceProcess{"process", {"face", "both"}};
+const ParameterCondition kDescent{"solver", {"descent"}};
 const ParameterCondition kMetropolis{"solver", {"metropolis"}};
 const ParameterCondition kLabels{"edge_process", {"true"}};
 const ParameterCondition kHuber{"likelihood", {"huber"}};
 const ParameterCondition kAnisotropic{"likelihood", {"anisotropic"}};
 
-ParameterValue processors() { return std::max(1U, std::thread::hardware_concurrency()); }
+ParameterValue processors(const ParameterValues& /*given*/) {
+  return std::max(1U, std::thread::hardware_concurrency());
+}
 
 std::vector<ParameterPlace> method_place() {
   const auto& names = method_names();
@@ -50,6 +53,24 @@ std::vector<ParameterPlace> method_place() {
                  const auto word = std::ranges::find(words, std::get<std::string>(value));
                  job.smooth.method = default_method(static_cast<std::size_t>(word - words.begin()));
                }}};
+}
+
+/// Whether a parameter matters only with the sampler, itself or through what it depends on.
+bool is_of_sampler(const Parameter& parameter) {
+  return std::ranges::any_of(parameter.conditions, [](const ParameterCondition& condition) {
+    return condition.parameter == kMetropolis.parameter ? condition.words == kMetropolis.words
+                                                        : is_of_sampler(find_parameter(condition.parameter));
+  });
+}
+
+/// The sampler where one of its parameters was given, so that no value is given in vain.
+ParameterValue solver_for(const ParameterValues& given) {
+  const bool sampler = std::ranges::any_of(given, [](const auto& one) {
+    const Parameter& parameter = find_parameter(one.first);
+    const bool left_open = !parameter.automatic.text.empty() && text_of(one.second) == parameter.automatic.text;
+    return !left_open && is_of_sampler(parameter);
+  });
+  return std::string(words_of(Solver{}).at(static_cast<std::size_t>(sampler ? Solver::kMetropolis : Solver::kDescent)));
 }
 
 std::vector<Parameter> make_table() {
@@ -69,27 +90,30 @@ std::vector<Parameter> make_table() {
        .meaning = "Which field is sampled beside the ridge labels: vertex positions; face normals in rounds, with the "
                   "vertices fitted to them; or both, one after the other. auto takes both.",
        .places = at<&Mrf::process>(),
+       .conditions = {kMetropolis},
        .automatic = {"auto"}},
       {.name = "solver",
        .field = 3,
        .group = kAnnealing,
-       .meaning = "How the energy is minimised: metropolis, sampling with simulated annealing; mean_field, "
-                  "deterministic annealing. auto takes metropolis.",
+       .meaning =
+           "descent, the automatic setting: labels minimised out, noise, potential and weight estimated from the "
+           "upload; metropolis, the paper's model and sampler. auto takes descent, or metropolis where a "
+           "parameter is given that only the sampler has.",
        .places = at<&Mrf::solver>(),
-       .automatic = {"auto"}},
+       .automatic = {"auto", solver_for}},
       {.name = "sweeps",
        .field = 4,
        .group = kAnnealing,
        .unit = "sweeps",
        .meaning = "Iterations: each visits every edge, then every vertex or face once. process=both takes half for "
                   "each.",
-       .places = at<&Mrf::sweeps>(1, 100000)},
+       .places = at<&Mrf::sweeps>(1, 100000),
+       .conditions = {kMetropolis}},
       {.name = "seed",
        .field = 5,
        .group = kAnnealing,
        .meaning = "Key of the random numbers. The same upload, parameters and seed give the same bytes.",
-       .places = at<&Mrf::seed>(0, kLargestSeed),
-       .conditions = {kMetropolis}},
+       .places = at<&Mrf::seed>(0, kLargestSeed)},
       {.name = "threads",
        .field = 6,
        .group = kJob,
@@ -164,12 +188,14 @@ std::vector<Parameter> make_table() {
        .group = kSmoothness,
        .meaning = "Potential ρ of the difference x of adjacent face normals: quadratic ‖x‖²; square_root ‖x‖; huber, "
                   "quadratic up to a width and linear beyond; truncated, constant beyond.",
-       .places = at<&Mrf::smoothness>()},
+       .places = at<&Mrf::smoothness>(),
+       .conditions = {kMetropolis}},
       {.name = "smoothness_weight",
        .field = 17,
        .group = kSmoothness,
        .meaning = "Weight β of the smoothness prior.",
-       .places = at<&Mrf::smoothness_weight>(0, 1000)},
+       .places = at<&Mrf::smoothness_weight>(0, 1000),
+       .conditions = {kMetropolis}},
       {.name = "smoothness_width_deg",
        .field = 18,
        .group = kSmoothness,
@@ -182,12 +208,14 @@ std::vector<Parameter> make_table() {
        .group = kSmoothness,
        .meaning = "Weight of the piecewise-quadratic prior of the vertex process: normals change linearly from face to "
                   "face, as they do on cylinders, cones and paraboloids.",
-       .places = at<&Mrf::curvature_weight>(0, 1000)},
+       .places = at<&Mrf::curvature_weight>(0, 1000),
+       .conditions = {kMetropolis}},
       {.name = "edge_process",
        .field = 20,
        .group = kRidges,
        .meaning = "Label ridges and do not smooth across them. false leaves every label 0.",
-       .places = at<&Mrf::edge_process>()},
+       .places = at<&Mrf::edge_process>(),
+       .conditions = {kMetropolis}},
       {.name = "sharpness_threshold_deg",
        .field = 21,
        .group = kRidges,
@@ -370,6 +398,36 @@ std::vector<Parameter> make_table() {
                   "Never changes the result.",
        .places = at<&JobOptions::retention_hours>(0, 8760),
        .changes_result = false},
+      {.name = "strength",
+       .field = 48,
+       .group = kAutomatic,
+       .meaning =
+           "How strongly to smooth: 1 as the estimated noise asks for, 0 not at all; 2 takes the noise for twice "
+           "as strong.",
+       .places = at<&Mrf::strength>(0, 2),
+       .conditions = {kDescent}},
+      {.name = "noise",
+       .field = 49,
+       .group = kAutomatic,
+       .meaning =
+           "Direction of the noise: normal, along the vertex normals; isotropic, any; estimated from the upload.",
+       .places = at<&Mrf::noise>(),
+       .conditions = {kDescent}},
+      {.name = "noise_sigma",
+       .field = 50,
+       .group = kAutomatic,
+       .unit = kEdgeLengths,
+       .meaning = "Standard deviation of the noise along the normals; 0: estimated from the upload.",
+       .places = at<&Mrf::noise_sigma>(0, 10),
+       .conditions = {kDescent}},
+      {.name = "surface",
+       .field = 51,
+       .group = kAutomatic,
+       .meaning = "What the surface is made of: creases, flat faces that meet in sharp ridges; curved_creases, curved "
+                  "faces that do; flats, flat faces that meet at any angle; organic, curved all over; estimated from "
+                  "the upload.",
+       .places = at<&Mrf::surface>(),
+       .conditions = {kDescent}},
   };
 }
 

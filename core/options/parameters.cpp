@@ -69,9 +69,10 @@ bool matters(const Parameter& parameter, const JobOptions& options) {
 }
 
 /// The given value with what an automatic one stands for in its place.
-ParameterValue chosen(const Parameter& parameter, const ParameterPlace& place, const ParameterValue& value) {
+ParameterValue chosen(const Parameter& parameter, const ParameterPlace& place, const ParameterValue& value,
+                      const ParameterValues& given) {
   if (parameter.automatic.text.empty() || text_of(value) != parameter.automatic.text) return value;
-  return parameter.automatic.choose != nullptr ? parameter.automatic.choose() : default_value(parameter, place);
+  return parameter.automatic.choose != nullptr ? parameter.automatic.choose(given) : default_value(parameter, place);
 }
 
 /// Sets what was given of the parameters that the method has. The method comes first in the table, and with it the
@@ -81,8 +82,12 @@ JobOptions options_of(const ParameterValues& given) {
   for (const Parameter& parameter : parameter_table()) {
     const auto value = given.find(parameter.name);
     const ParameterPlace* place = parameter.place_for(options.smooth.method.index());
-    if (value == given.end() || place == nullptr) continue;
-    place->set(options, chosen(parameter, *place, value->second));
+    if (place == nullptr) continue;
+    if (value != given.end()) place->set(options, chosen(parameter, *place, value->second, given));
+    // A word that was left out may still depend on what was given.
+    if (value == given.end() && parameter.type() == ParameterType::kWord && parameter.automatic.choose != nullptr) {
+      place->set(options, parameter.automatic.choose(given));
+    }
   }
   return options;
 }
@@ -223,8 +228,10 @@ ResolvedParameters resolve_parameters(const ParameterValues& given) {
     const auto value = given.find(parameter.name);
     if (matters(parameter, wanted)) {
       const ParameterPlace& place = *parameter.place_for(method);
-      const ParameterValue settled =
-          chosen(parameter, place, value != given.end() ? value->second : default_value(parameter, place));
+      const ParameterValue settled = value != given.end() ? chosen(parameter, place, value->second, given)
+                                     : parameter.type() == ParameterType::kWord
+                                         ? place.get(wanted)
+                                         : chosen(parameter, place, default_value(parameter, place), given);
       check_for_method(parameter, place, settled);
       resolved.values.emplace(parameter.name, settled);
     } else if (value != given.end()) {

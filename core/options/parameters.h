@@ -40,8 +40,9 @@ struct ParameterCondition {
 
 /// A value that leaves the choice to the program.
 struct AutomaticValue {
-  std::string_view text;                 ///< empty: there is none
-  ParameterValue (*choose)() = nullptr;  ///< what it stands for; null: the default
+  std::string_view text;  ///< empty: there is none
+  /// What it stands for beside the values that were given; null: the default.
+  ParameterValue (*choose)(const ParameterValues& given) = nullptr;
 };
 
 /// One row of the table. Everything that is said about a parameter, and all that is done with one, comes from its row.

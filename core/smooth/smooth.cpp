@@ -3,6 +3,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "core/smooth/automatic.h"
 #include "core/smooth/classical/classical.h"
 #include "core/solve/anneal.h"
 
@@ -13,7 +14,7 @@ namespace {
 MrfOptions as_mrf(const DiebelOptions& options) {
   MrfOptions mrf;
   mrf.process = Process::kVertex;
-  mrf.solver = Solver::kMeanField;
+  mrf.conjugate_gradients = true;
   mrf.sweeps = options.iterations;
   mrf.likelihood_weight = mrf.likelihood_weight_start = options.likelihood_weight;
   mrf.smoothness = Smoothness::kSquareRoot;
@@ -41,7 +42,8 @@ SmoothResult smooth(const Mesh& measured, const Topology& topology, const Smooth
   return std::visit(
       [&]<typename Options>(const Options& method) {
         if constexpr (std::is_same_v<Options, MrfOptions>) {
-          return anneal(measured, topology, method, options.threads, context, weights);
+          const auto engine = method.solver == Solver::kDescent ? smooth_automatically : anneal;
+          return engine(measured, topology, method, options.threads, context, weights);
         } else if constexpr (std::is_same_v<Options, DiebelOptions>) {
           return anneal(measured, topology, as_mrf(method), options.threads, context, {});
         } else {

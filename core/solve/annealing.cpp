@@ -34,14 +34,10 @@ void Annealing::positions_changed() {
 void Annealing::label_edges(const Weights& weights, std::uint32_t sweep, double time, SweepRecord& record) {
   record.label_temperature = scheduled(options.label_temperature_start, options.label_temperature_end, time);
   if (!options.edge_process) return;
+  const CounterRandom random(options.seed, RandomStream::kEdgeProcess);
   EdgeProcess edges(field, terms, weights);
-  if (options.solver == Solver::kMeanField) {
-    edges.relax(edge_schedule_, record.label_temperature, team);
-  } else {
-    const CounterRandom random(options.seed, RandomStream::kEdgeProcess);
-    record.label_acceptance = edges.sweep(edge_schedule_, random, sweep, record.label_temperature, team).acceptance();
-    if (time >= kAverageFrom) average_labels();
-  }
+  record.label_acceptance = edges.sweep(edge_schedule_, random, sweep, record.label_temperature, team).acceptance();
+  if (time >= kAverageFrom) average_labels();
   terms.labels_changed(field, team);
 }
 

@@ -1,7 +1,5 @@
 #include "core/solve/edge_process.h"
 
-#include <cmath>
-
 namespace crease {
 
 void EdgeProcess::set_label(Index edge, double label) {
@@ -25,16 +23,6 @@ ProposalCount EdgeProcess::sweep(const Schedule& schedule, const CounterRandom& 
       accepted += visit(schedule.sites[slot], random, sweep_index, temperature) ? 1 : 0;
     }
     return accepted;
-  });
-}
-
-void EdgeProcess::relax(const Schedule& schedule, double temperature, ThreadTeam& team) {
-  metropolis_sweep(schedule, team, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t slot = begin; slot < end; ++slot) {
-      const Index edge = schedule.sites[slot];
-      set_label(edge, 1 / (1 + std::exp(slope(edge) / temperature)));
-    }
-    return std::uint64_t{0};
   });
 }
 

@@ -26,9 +26,6 @@ class EdgeProcess {
   ProposalCount sweep(const Schedule& schedule, const CounterRandom& random, std::uint32_t sweep_index,
                       double temperature, ThreadTeam& team);
 
-  /// One pass of mean field: every label becomes its expectation 1 / (1 + exp(slope / T)), its neighbours at theirs.
-  void relax(const Schedule& schedule, double temperature, ThreadTeam& team);
-
  private:
   bool visit(Index edge, const CounterRandom& random, std::uint32_t sweep_index, double temperature);
 

@@ -157,22 +157,4 @@ ProposalCount FaceProcess::sweep(const Schedule& schedule, const CounterRandom& 
   });
 }
 
-void FaceProcess::relax(const Schedule& schedule, ThreadTeam& team) {
-  const auto own_weight = static_cast<float>(normal_weight_);
-  const auto prior_weight = static_cast<float>(smoothness_weight_);
-  metropolis_sweep(schedule, team, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t slot = begin; slot < end; ++slot) {
-      const Index face = schedule.sites[slot];
-      UnitNormal wanted = own_weight * areas_[face] * measured_[face];
-      visit_neighbors(face, [&](Index other, float weight) {
-        const UnitNormal& beside = field_.normals[other];
-        wanted += prior_weight * weight *
-                  smoothness_.rho((field_.normals[face] - beside).squaredNorm() + kRounding).slope * beside;
-      });
-      if (wanted.squaredNorm() > kNoArea) field_.normals[face] = wanted.normalized();
-    }
-    return std::uint64_t{0};
-  });
-}
-
 }  // namespace crease

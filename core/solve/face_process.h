@@ -37,9 +37,6 @@ class FaceProcess {
   /// min(1, exp(−ΔE/T)).
   ProposalCount sweep(const Schedule& schedule, const CounterRandom& random, std::uint32_t sweep_index,
                       double temperature, double step, ThreadTeam& team);
-  /// One pass of mean field at temperature zero: every normal becomes the one that its neighbours and its measured
-  /// normal ask for, with ρ replaced by the quadratic function that touches it.
-  void relax(const Schedule& schedule, ThreadTeam& team);
 
  private:
   struct Neighbor {

@@ -30,11 +30,7 @@ class FaceStage : public Stage {
     record.likelihood_weight = options_.normal_weight;
     annealing_.label_edges(annealing_.terms.final_weights(), number, time, record);
     process_.labels_changed(annealing_.team);
-    if (options_.solver == Solver::kMeanField) {
-      process_.relax(schedule_, annealing_.team);
-    } else {
-      propose(number, time, record);
-    }
+    propose(number, time, record);
     annealing_.positions_changed();
     annealing_.measure(record);
     record.energy.of<LikelihoodTerm>() = process_.likelihood(annealing_.team);

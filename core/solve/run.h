@@ -3,22 +3,26 @@
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/choice/report.h"
 #include "core/energy/terms.h"
 
 namespace crease {
 
 /// What a sweep's record calls its stage.
-inline constexpr std::string_view kFaceStage = "face", kVertexStage = "vertex", kClassicalStage = "classical";
+inline constexpr std::string_view kFaceStage = "face", kVertexStage = "vertex", kChoiceStage = "choice",
+                                  kClassicalStage = "classical";
 
 /// What a sweep did.
 struct SweepRecord {
-  std::uint32_t sweep = 0;       ///< from 1, through all stages
-  std::string_view stage;        ///< what the sweep worked on beside the labels: "vertex", "face"; or "classical"
-  Energy energy;                 ///< after the sweep, with the final weights so that sweeps can be compared
+  std::uint32_t sweep = 0;  ///< from 1, through all stages
+  std::string_view
+      stage;      ///< what the sweep worked on beside the labels: "vertex", "face"; "choice" of a setting; "classical"
+  Energy energy;  ///< after the sweep, with the final weights so that sweeps can be compared
   double likelihood_weight = 0;  ///< α, or the weight of the measured normals
   double temperature = 0, label_temperature = 0;
   double step_size = 0;  ///< in mean edge lengths, or in radians of a normal
@@ -54,6 +58,7 @@ struct SmoothResult {
   std::uint64_t site_proposals = 0, label_proposals = 0;
   double seconds = 0;  ///< those before the checkpoint included
   bool cancelled = false;
+  std::optional<ChoiceReport> choice;  ///< of solver=descent
 };
 
 }  // namespace crease

@@ -21,7 +21,7 @@ class VertexStage : public Stage {
         sweeps_(sweeps),
         schedule_(schedule_vertices(annealing.mesh, annealing.field.topology, EnergyTerms::neighborhood(options_))),
         step_(options_.step_size) {
-    if (options_.solver == Solver::kMeanField) {
+    if (options_.conjugate_gradients) {
       descent_.emplace(annealing.field, annealing.terms, fixed_vertices(annealing));
     } else {
       process_.emplace(annealing.field, annealing.terms, schedule_, annealing.team.size());

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/choice/candidate.h"
+#include "core/choice/report.h"
+#include "core/geometry/surface.h"
+
+namespace crease {
+
+/// What a user may fix; the rest is estimated.
+struct ChoiceOptions {
+  double strength = 1;                ///< times the deviation of the noise, for the likelihood; above 0
+  std::optional<double> noise_sigma;  ///< in ℓ
+  std::optional<NoiseDirection> noise_direction;
+  std::optional<PotentialFamily> family;
+  std::uint32_t seed = 1;
+};
+
+/// Solves for positions; may answer from memory. Numbers of solves count from 0 in an order that only depends on the
+/// upload and the options.
+struct SolveRequest {
+  const FlatMesh& mesh;
+  std::span<const float> measured;
+  GraduatedOptions options;
+  std::span<const float> precisions, latent;
+  bool final = false;  ///< one of those that the result is made of
+};
+using Solve = std::function<GraduatedResult(const SolveRequest&)>;
+
+struct ChoiceResult {
+  FlatVectors positions;            ///< of the whole mesh
+  std::vector<float> ridge_angles;  ///< per edge of the flat mesh, in radians: the dihedral angle that labels go by
+  double position_deviation = 0;    ///< expected, along the normals, in ℓ
+  std::vector<float> deviations;    ///< the same vertex by vertex
+};
+
+/// The automatic setting: estimates the noise, solves candidates, chooses by Stein's unbiased risk estimate, and blends
+/// candidates vertex by vertex where another one is better. `precisions` of the likelihood per vertex, empty for 1.
+ChoiceResult choose_and_solve(const Surface& surface, const FlatMesh& mesh, std::span<const float> precisions,
+                              const ChoiceOptions& options, const Solve& solve, ChoiceReport& report);
+
+}  // namespace crease

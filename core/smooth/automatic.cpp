@@ -1,0 +1,296 @@
+#include "core/smooth/automatic.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/base/state_archive.h"
+#include "core/base/stopwatch.h"
+#include "core/choice/choice.h"
+#include "core/choice/families.h"
+#include "core/geometry/renumbering.h"
+#include "core/graduated/descent.h"
+
+namespace crease {
+namespace {
+
+/// Stages of a usual run, which progress is measured in; runs may take fewer or more.
+constexpr std::uint32_t kUsualStages = 150;
+
+/// Thrown by a solve when the caller has had enough.
+struct Cancelled {};
+
+ChoiceOptions choice_options(const MrfOptions& options) {
+  ChoiceOptions choice;
+  choice.strength = options.strength;
+  choice.seed = options.seed;
+  if (options.noise_sigma > 0) choice.noise_sigma = options.noise_sigma;
+  switch (options.noise) {
+    case NoiseOption::kEstimated:
+      break;
+    case NoiseOption::kNormal:
+      choice.noise_direction = NoiseDirection::kNormal;
+      break;
+    case NoiseOption::kIsotropic:
+      choice.noise_direction = NoiseDirection::kIsotropic;
+      break;
+  }
+  switch (options.surface) {
+    case SurfaceOption::kEstimated:
+      break;
+    case SurfaceOption::kCreases:
+      choice.family = kCreases;
+      break;
+    case SurfaceOption::kCurvedCreases:
+      choice.family = kCurvedCreases;
+      break;
+    case SurfaceOption::kFlats:
+      choice.family = kFlats;
+      break;
+    case SurfaceOption::kOrganic:
+      choice.family = kOrganic;
+      break;
+  }
+  return choice;
+}
+
+void exchange(StateArchive& archive, std::size_t vertices, GraduatedResult& result) {
+  result.positions.resize(3 * vertices);
+  result.vertex_normals.resize(3 * vertices);
+  archive.values(result.positions);
+  archive.values(result.vertex_normals);
+  LatentVariance& latent = result.latent;
+  archive.value(latent.impulsive);
+  for (double* number : {&latent.kurtosis, &latent.small_variance, &latent.large_variance, &latent.small_share}) {
+    archive.value(*number);
+  }
+  archive.values_or_none(latent.precision, vertices);
+  archive.values_or_none(latent.relative_variance, vertices);
+  archive.value(result.energy);
+}
+
+/// A run of solves, each of them in stages. What has been solved is kept for checkpoints; a run that goes on from one
+/// takes the solves of it, in the same order, as its own.
+class AutomaticRun {
+ public:
+  AutomaticRun(const Mesh& measured, const Topology& topology, const MrfOptions& options, std::uint32_t threads,
+               RunContext& context, std::span<const double> weights)
+      : topology_(topology),
+        renumbering_(measured),
+        renumbered_(build_topology(renumbering_.mesh)),
+        edges_(new_edges(renumbering_, topology, renumbered_)),
+        options_(options),
+        context_(context),
+        team_(threads),
+        known_(context.checkpoint) {
+    adopt_orientation(topology, renumbering_.new_face, edges_, renumbered_);
+    const double mean = mean_of(weights);
+    for (const double weight : renumbering_.renumbered(weights)) {
+      precisions_.push_back(static_cast<float>(mean > 0 ? weight / mean : 0));
+    }
+    if (!context.checkpoint.empty()) read_head();
+  }
+
+  SmoothResult run() {
+    const Surface surface(renumbering_.mesh, renumbered_);
+    const FlatMesh mesh(surface);
+    surface_ = &surface;
+    mesh_ = &mesh;
+    try {
+      ChoiceReport report;
+      const Solve solve = [&](const SolveRequest& request) { return solved(request); };
+      const ChoiceResult chosen = choose_and_solve(surface, mesh, precisions_, choice_options(options_), solve, report);
+      result_.positions = upload_positions(chosen.positions);
+      result_.labels = labels(chosen.ridge_angles);
+      result_.choice = std::move(report);
+    } catch (const Cancelled&) {
+      result_.cancelled = true;
+      result_.positions = upload_positions(latest_);
+      result_.labels.assign(topology_.edges.size(), 0);
+    }
+    result_.seconds = seconds();
+    return std::move(result_);
+  }
+
+ private:
+  static double mean_of(std::span<const double> weights) {
+    double sum = 0;
+    for (const double weight : weights) sum += weight;
+    return weights.empty() ? 1 : sum / static_cast<double>(weights.size());
+  }
+
+  double seconds() const { return seconds_before_ + stopwatch_.seconds(); }
+
+  GraduatedResult solved(const SolveRequest& request) {
+    if (known_solves_ > 0) return take_known(request.mesh.vertex_count);
+    GraduatedDescent descent(request.mesh, request.measured, request.options, request.precisions, request.latent,
+                             team_);
+    if (resume_stage_ > 0) {
+      FlatVectors positions(3 * request.mesh.vertex_count);
+      known_.values(positions);
+      known_.finish();
+      descent.resume(std::exchange(resume_stage_, 0), std::move(positions));
+    }
+    GraduatedResult result = descent.run([&](const StageView& view) { return stage_done(request, view); });
+    if (result_.cancelled) throw Cancelled();
+    remember(request.mesh.vertex_count, result);
+    return result;
+  }
+
+  bool stage_done(const SolveRequest& request, const StageView& view) {
+    SweepRecord& record = result_.sweeps.emplace_back();
+    record.sweep = static_cast<std::uint32_t>(result_.sweeps.size());
+    record.stage = request.final ? kVertexStage : kChoiceStage;
+    record.energy.of<LikelihoodTerm>() = view.energy.parts().likelihood;
+    record.energy.of<SmoothnessTerm>() = view.energy.parts().smoothness + view.energy.parts().folds;
+    record.likelihood_weight = static_cast<double>(view.energy.likelihood);
+    const FlatVectors moved = difference(view.positions, request.measured);
+    double squares = 0;
+    for (const float square : products(moved, moved)) squares += static_cast<double>(square);
+    record.rms_displacement = std::sqrt(squares / static_cast<double>(request.mesh.vertex_count));
+    const bool whole = &request.mesh == mesh_;
+    if (whole) latest_.assign(view.positions.begin(), view.positions.end());
+    result_.site_proposals += request.mesh.vertex_count;
+    if (context_.on_sweep) {
+      const auto positions = [&] { return upload_positions(latest_); };
+      const auto now_labelled = [&] { return labels(whole ? present_angles(view.positions) : std::vector<float>()); };
+      const auto checkpoint = [&] { return state(view); };
+      const std::uint32_t total = std::max(kUsualStages, record.sweep + 1);
+      result_.cancelled = !context_.on_sweep({record, total, seconds(), now_labelled, positions, checkpoint});
+    }
+    result_.cancelled = result_.cancelled || context_.cancel.load();
+    return !result_.cancelled;
+  }
+
+  // --- checkpoints: seconds, records, the solves that are done, the stage of the one that is not ---
+
+  void exchange_records(StateArchive& archive) {
+    auto count = static_cast<std::uint32_t>(result_.sweeps.size());
+    archive.value(count);
+    constexpr std::uint32_t kMostRecords = 10'000;
+    if (count > kMostRecords) throw CheckpointError("the checkpoint is not of this program");
+    result_.sweeps.resize(count);
+    for (SweepRecord& record : result_.sweeps) {
+      std::uint8_t trial = record.stage == kChoiceStage ? 1 : 0;
+      archive.value(trial);
+      record.stage = trial != 0 ? kChoiceStage : kVertexStage;
+      archive.value(record.sweep);
+      archive.value(record.energy);
+      archive.value(record.likelihood_weight);
+      archive.value(record.rms_displacement);
+    }
+    archive.value(result_.site_proposals);
+  }
+
+  std::string state(const StageView& view) {
+    StateArchive archive;
+    double time = seconds();
+    archive.value(time);
+    exchange_records(archive);
+    auto solves = solves_;
+    archive.value(solves);
+    auto next_stage = static_cast<std::int32_t>(view.stage + 1);
+    archive.value(next_stage);
+    StateArchive tail;
+    FlatVectors positions(view.positions.begin(), view.positions.end());
+    tail.values(positions);
+    return archive.take_bytes() + done_ + tail.take_bytes();
+  }
+
+  void read_head() {
+    known_.value(seconds_before_);
+    exchange_records(known_);
+    known_.value(known_solves_);
+    known_.value(resume_stage_);
+    if (resume_stage_ < 1) throw CheckpointError("the checkpoint names no stage");
+  }
+
+  GraduatedResult take_known(std::size_t vertices) {
+    --known_solves_;
+    GraduatedResult result;
+    exchange(known_, vertices, result);
+    remember(vertices, result);
+    return result;
+  }
+
+  void remember(std::size_t vertices, GraduatedResult& result) {
+    ++solves_;
+    if (!context_.on_sweep) return;
+    StateArchive archive;
+    exchange(archive, vertices, result);
+    done_ += archive.take_bytes();
+  }
+
+  // --- as the upload has it ---
+
+  std::vector<Vec3> upload_positions(const FlatVectors& positions) const {
+    const Mesh& mesh = renumbering_.mesh;
+    std::vector<Vec3> moved(mesh.positions);
+    for (std::size_t v = 0; v < moved.size() && !positions.empty(); ++v) {
+      const auto now = vector_at(positions, v), before = vector_at(mesh_->measured, v);
+      if (now == before) continue;
+      Vec3 place = moved[v];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        place[static_cast<Eigen::Index>(axis)] +=
+            surface_->unit * (static_cast<double>(now[axis]) - static_cast<double>(before[axis]));
+      }
+      if (place.allFinite()) moved[v] = place;
+    }
+    std::vector<Vec3> result(moved.size());
+    for (std::size_t v = 0; v < result.size(); ++v) result[v] = moved[renumbering_.new_vertex[v]];
+    return result;
+  }
+
+  std::vector<float> present_angles(std::span<const float> positions) const {
+    return dihedral_angles(*mesh_, positions);
+  }
+
+  /// The probability that an edge is a ridge, by its dihedral angle in a result.
+  std::vector<double> labels(const std::vector<float>& angles) const {
+    constexpr double kMiddle = 25 * kDegree, kSlope = 3 * kDegree;
+    std::vector<double> of_renumbered(renumbered_.edges.size(), 0);
+    for (std::size_t e = 0; e < angles.size(); ++e) {
+      of_renumbered[mesh_->topology_edges[e]] = 1 / (1 + std::exp((kMiddle - static_cast<double>(angles[e])) / kSlope));
+    }
+    std::vector<double> result(topology_.edges.size());
+    for (std::size_t e = 0; e < result.size(); ++e) result[e] = of_renumbered[edges_[e]];
+    return result;
+  }
+
+  const Topology& topology_;
+  Renumbering renumbering_;
+  Topology renumbered_;
+  std::vector<Index> edges_;
+  const MrfOptions& options_;
+  RunContext& context_;
+  ThreadTeam team_;
+  Stopwatch stopwatch_;
+  double seconds_before_ = 0;
+  std::vector<float> precisions_;
+
+  const Surface* surface_ = nullptr;
+  const FlatMesh* mesh_ = nullptr;
+  SmoothResult result_;
+  FlatVectors latest_;  ///< positions of the whole mesh
+
+  std::string done_;          ///< solves, as checkpoints have them
+  std::uint32_t solves_ = 0;  ///< in `done_`
+  StateArchive known_;        ///< of the checkpoint that the run goes on from
+  std::uint32_t known_solves_ = 0;
+  std::int32_t resume_stage_ = 0;
+};
+
+}  // namespace
+
+SmoothResult smooth_automatically(const Mesh& measured, const Topology& topology, const MrfOptions& options,
+                                  std::uint32_t threads, RunContext& context, std::span<const double> weights) {
+  if (!(options.strength > 0)) {
+    SmoothResult unchanged;
+    unchanged.positions = measured.positions;
+    unchanged.labels.assign(topology.edges.size(), 0);
+    return unchanged;
+  }
+  return AutomaticRun(measured, topology, options, threads, context, weights).run();
+}
+
+}  // namespace crease
