@@ -214,7 +214,7 @@ Gatekeeper::Options gatekeeper_options(const ServeConfig& config) {
 }
 
 std::string refusal(const ServeConfig& config) {
-  if (const std::string reason = access_refusal(config); !reason.empty()) return reason;
+  if (std::string reason = access_refusal(config); !reason.empty()) return reason;
   if (config.retention_hours > config.max_retention_hours) {
     return "--retention-hours must not exceed --max-retention-hours";
   }

@@ -37,7 +37,7 @@ std::string normal_url(std::string url) {
 std::string key_of(const Server& server) {
   if (!server.key.empty() || server.key_file.empty()) return server.key;
   const std::string text = read_file(server.key_file);
-  const std::string key = text.substr(0, text.find_first_of(" \t\r\n"));
+  std::string key = text.substr(0, text.find_first_of(" \t\r\n"));
   if (key.empty()) throw Failure(code::kUsage, fmt::format("{} does not start with a key", server.key_file.string()));
   return key;
 }

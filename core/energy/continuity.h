@@ -6,8 +6,8 @@
 
 namespace crease {
 
-/// Σ_(e,e') cos θ_ee' (φ_e − φ_e')² ε_e ε_e' over the pairs of edges at a vertex with a turn θ below a right angle: the
-/// dihedral angle changes slowly along a ridge line (§3.3).
+/// Σ_(e,e') cos θ_ee' (φ_e − φ_e')² ε_e ε_e' over the pairs of edges at a vertex whose turn θ is less than a right
+/// angle. It makes the dihedral angle change slowly along a ridge line (§3.3).
 class ContinuityTerm {
  public:
   static constexpr std::string_view kName = "continuity";

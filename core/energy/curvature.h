@@ -9,9 +9,10 @@
 
 namespace crease {
 
-/// The piecewise-quadratic prior (§5): on a quadratic surface normals change linearly, so that a face's normal is what
-/// its three neighbours' normals interpolate at its centroid. Σ_f Π(1 − ε) ‖n_f − Σ w_k n_k‖² over the face's three
-/// edges, with w_k the barycentric coordinates of its centroid among theirs; no term where an edge is not interior.
+/// The piecewise-quadratic prior (§5), Σ_f Π_k (1 − ε_k) ‖n_f − Σ_k w_k n_k‖² over the three edges and neighbours k of
+/// each face f. On a quadratic surface, normals change linearly: the normal of a face is the interpolation of its
+/// neighbours' normals. The weights w_k are the barycentric coordinates of the face's centroid in the triangle of its
+/// neighbours' centroids. Only faces with three interior edges have a summand.
 class CurvatureTerm {
  public:
   static constexpr std::string_view kName = "curvature";
@@ -34,7 +35,7 @@ class CurvatureTerm {
   template <typename Normals>
   auto by_normal(const Normals& normals, Index face) const;
 
-  /// n_f − Σ w_k n_k with normals `normals(face)`; zero where there is no term.
+  /// n_f − Σ w_k n_k, with `normals(face)` for n; zero for faces without a summand.
   template <typename Normals>
   auto second_difference(const Normals& normals, Index face) const;
 
@@ -44,13 +45,13 @@ class CurvatureTerm {
     const Index edge = topology_.face_edges[face][k];
     return other_face(topology_.edge_faces[edge], face);
   }
-  /// Π(1 − ε) over the face's edges, without the edge `except`.
+  /// Π(1 − ε) over the edges of the face other than `except`.
   double gate(const Field& field, Index face, Index except = kNone) const;
 
   const Topology& topology_;
-  std::vector<std::array<float, 3>> weights_;  ///< per face; all 0 where there is no term
-  std::vector<double> squares_;                ///< of the second difference of the field's normals, per face
-  std::vector<double> gates_;                  ///< per face
+  std::vector<std::array<float, 3>> weights_;  ///< per face; all 0 if it has no summand
+  std::vector<double> squares_;                ///< per face, ‖second difference of the field's normals‖²
+  std::vector<double> gates_;                  ///< per face, Π(1 − ε)
 };
 
 template <typename Normals>

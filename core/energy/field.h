@@ -8,18 +8,18 @@
 
 namespace crease {
 
-/// (x, y, z, 0): single precision suffices for a unit vector, and four of them are one aligned load.
+/// A unit vector as (x, y, z, 0). Single precision is enough, and four numbers are one aligned load.
 using UnitNormal = Eigen::Vector4f;
 
-/// Added to the squared length of a normal before its root, so that a face without area gets the normal zero without a
-/// branch. Far below the square of any area in units of the mean edge length.
+/// Added to the squared length of an area vector before normalisation. It makes the normal of a face without area zero
+/// without a branch, and is negligible against the square of any real area in units of ℓ².
 inline constexpr float kNoArea = 1e-30F;
 
-/// What the terms see of every edge, for the present positions and normals; 0 before they are asked for.
+/// Geometry of every edge at the present positions and normals. 0 before the first Field::update_edges().
 struct EdgeGeometry {
-  std::vector<double> chord;    ///< ‖n_i − n_j‖²; 0 where the edge is not interior
-  std::vector<double> angle;    ///< signed dihedral angle in radians, + convex; 0 at faces without area
-  std::vector<Vec3> direction;  ///< unit vector from the edge's first vertex to its second; zero without length
+  std::vector<double> chord;    ///< ‖n_i − n_j‖²; 0 for edges that are not interior
+  std::vector<double> angle;    ///< signed dihedral angle, radians, + convex; 0 next to a face without area
+  std::vector<Vec3> direction;  ///< unit vector from the edge's first vertex to its second, or zero
 };
 
 /// The sites and labels of the coupled Markov random field.
@@ -27,12 +27,12 @@ struct Field : Surface {
   Field(const Mesh& mesh, const Topology& mesh_topology);
 
   std::vector<UnitNormal> normals;  ///< per face; zero for a face without area
-  std::vector<double> labels;       ///< ε, per edge; 0 where the edge is not interior
+  std::vector<double> labels;       ///< ε, per edge; 0 for edges that are not interior
   EdgeGeometry edges;
 
   UnitNormal face_normal(std::size_t face) const;
   void update_normals(ThreadTeam& team);
-  /// Makes `edges` anew from positions and normals. Where nothing is labelled, nobody asks for angles and directions.
+  /// Recomputes `edges` from positions and normals. Runs without ridge labels need no angles and directions.
   void update_edges(ThreadTeam& team, bool with_angles = true);
 
  private:

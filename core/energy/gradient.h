@@ -9,26 +9,26 @@
 
 namespace crease {
 
-/// E as a function of all positions while the labels stand still, with its gradient: what a descent asks for. Positions
-/// and gradients are flat arrays of 3·vertices numbers, all x first, then all y, then all z, in units of ℓ. Real is
-/// float or double.
+/// E and its gradient as functions of all positions, with fixed labels, for descent. Positions and gradients are flat
+/// arrays of 3·vertices numbers in units of ℓ: all x, then all y, then all z. Real is float or double.
 ///
-/// ‖n_i − n_j‖ of the square-root potential is rounded off near zero, and the normal of a face fades to zero with its
-/// area, so that E is differentiable everywhere.
+/// Two changes make E differentiable everywhere: the square-root potential is rounded off near zero, and the normal of
+/// a face fades to zero with its area.
 template <typename Real>
 class EnergyGradient {
  public:
   /// Field and terms must outlive the object.
   EnergyGradient(const Field& field, const EnergyTerms& terms);
 
-  /// E at `positions` with its gradient, after EnergyTerms::labels_changed(). The same value for any number of threads.
+  /// Writes the gradient at `positions` to `gradient` and returns E. Call EnergyTerms::labels_changed() first. The
+  /// result does not depend on the number of threads.
   double operator()(const Weights& weights, std::span<const Real> positions, std::span<Real> gradient,
                     ThreadTeam& team);
 
  private:
   using Vector = Eigen::Matrix<Real, 3, 1>;
 
-  /// Vectors as three arrays, read one at a time.
+  /// Reads vectors from a flat array.
   struct View {
     using Vector = EnergyGradient::Vector;
     const Real *x, *y, *z;
@@ -38,7 +38,6 @@ class EnergyGradient {
     const std::size_t count = flat.size() / 3;
     return {flat.data(), flat.data() + count, flat.data() + 2 * count};
   }
-  /// Where a corner keeps what the vertex gathers: corner k of face f is at k · faces + f.
   void update_normals(View points, ThreadTeam& team);
   double edge_pass(const Weights& weights, ThreadTeam& team);
   double face_pass(const Weights& weights, View points, ThreadTeam& team);
@@ -50,13 +49,13 @@ class EnergyGradient {
 
   const Field& field_;
   const EnergyTerms& terms_;
-  std::vector<std::array<Index, 3>> neighbors_;  ///< per face, across its edges; itself where there is none
-  std::vector<std::array<Index, 3>> edges_;      ///< likewise; one past the last edge where there is none
-  IndexRows corners_;                            ///< per vertex
+  std::vector<std::array<Index, 3>> neighbors_;  ///< per face, the faces across its edges; itself if there is none
+  std::vector<std::array<Index, 3>> edges_;      ///< per face; one past the last edge if there is none
+  IndexRows corners_;                            ///< per vertex; corner k of face f has the number k · faces + f
   std::vector<Real> normals_;                    ///< faded; flat
-  std::vector<Real> inverse_lengths_;            ///< of the area vectors
+  std::vector<Real> inverse_lengths_;            ///< of the area vectors, per face
   std::vector<Real> stiffness_;                  ///< per edge: 2 · ∂E/∂‖n_i − n_j‖²
-  std::vector<Real> by_corner_;                  ///< ∂E/∂corner, flat
+  std::vector<Real> by_corner_;                  ///< per corner, ∂E/∂(position of the corner); flat
 };
 
 extern template class EnergyGradient<float>;

@@ -9,13 +9,13 @@
 
 namespace crease {
 
-/// Σ_v w_v U_L(v): how improbable the positions are as the truth behind the measured ones (§3.1).
+/// Σ_v w_v U_L(v): how improbable the measured positions are, given the positions v (§3.1).
 class LikelihoodTerm {
  public:
   static constexpr std::string_view kName = "likelihood";
   static constexpr int kField = 1;
   static double weight(const MrfOptions& options) { return options.likelihood_weight; }
-  /// The weight is annealed, and one of its ends may be 0.
+  /// The weight is annealed, and either end of its schedule may be 0.
   static bool is_used(const MrfOptions& options) {
     return options.likelihood_weight > 0 || options.likelihood_weight_start > 0;
   }
@@ -39,21 +39,21 @@ class LikelihoodTerm {
   auto by_position(const Points& points, Index vertex) const;
 
  private:
-  /// The volume that a vertex and its neighbours have swept, and the area that swept it.
+  /// The volume swept by a vertex and its neighbours, and the area that swept it.
   template <typename Real>
   struct Flow {
     Real volume = 0, area = 0;
     Real square() const { return area > 0 ? volume * volume / (area * area) : 0; }
   };
 
-  /// U_L of a vertex by its own displacement, and its derivative.
+  /// The part of U_L that depends on the displacement of the vertex alone, and its derivative.
   template <typename Vector>
   typename Vector::Scalar alone(Index vertex, const Vector& displacement) const;
   template <typename Vector>
   Vector alone_by_displacement(Index vertex, const Vector& displacement) const;
   template <typename Points>
   auto flow(const Points& points, Index vertex) const;
-  /// Calls `visit` for the vertex and its neighbours.
+  /// Calls `visit(v)` for the vertex and its neighbours.
   template <typename Visit>
   void visit_neighborhood(Index vertex, Visit visit) const;
   double general_change(const Field& field, Index vertex, const Vec3& to) const;
@@ -66,8 +66,8 @@ class LikelihoodTerm {
   double width_, across_, volume_weight_;
   std::vector<double> weights_;
   std::optional<Vec3> fixed_direction_;
-  std::vector<Vec3> vertex_areas_;    ///< a third of the area vectors of its faces, for the volume
-  std::vector<Vec3> vertex_normals_;  ///< the same at unit length
+  std::vector<Vec3> vertex_areas_;    ///< a third of the sum of the area vectors at the vertex
+  std::vector<Vec3> vertex_normals_;  ///< the same, normalised
 };
 
 template <typename Vector>

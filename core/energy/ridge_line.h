@@ -9,8 +9,8 @@
 
 namespace crease {
 
-/// Σ_v ‖a − 2v + b‖² over every vertex v that has exactly two ridge edges, to a and to b: "the ridge edge itself is
-/// smooth" (§3.3). Which vertices these are is taken from the labels when they change, not while positions move.
+/// Σ_v ‖a − 2v + b‖² over the vertices v with exactly two ridge edges, which lead to a and b: "the ridge edge itself is
+/// smooth" (§3.3). labels_changed() chooses these vertices.
 class RidgeLineTerm {
  public:
   static constexpr std::string_view kName = "ridge_line";
@@ -40,8 +40,8 @@ class RidgeLineTerm {
   }
 
  private:
-  /// Calls `visit(v, times)` for the terms at v that change when `vertex` moves by `step`: by `times · step` inside
-  /// ‖·‖.
+  /// Calls `visit(v, times)` for each summand v that `vertex` is part of. A step of `vertex` changes a − 2v + b by
+  /// `times` · step.
   template <typename Visit>
   void visit_terms(Index vertex, Visit visit) const {
     if (has_term(vertex)) visit(vertex, -2.0);
@@ -58,7 +58,7 @@ class RidgeLineTerm {
   }
 
   const Topology& topology_;
-  std::vector<std::array<Index, 2>> neighbors_;  ///< a and b; kNone where there is no term
+  std::vector<std::array<Index, 2>> neighbors_;  ///< per vertex, a and b; kNone if it has no summand
 };
 
 }  // namespace crease

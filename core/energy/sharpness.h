@@ -6,8 +6,8 @@
 
 namespace crease {
 
-/// Σ_e (φ₀ − φ_e) ε_e: an edge with an angle beyond the threshold is a ridge (§3.3). Curvature clamping (§5, Fig. 5)
-/// turns the angle of an edge that may be no ridge.
+/// Σ_e (φ₀ − φ_e) ε_e: it labels the edges whose angle exceeds the threshold φ₀ as ridges (§3.3). Curvature clamping
+/// (§5, Fig. 5) negates the angle of edges that must not be ridges.
 class SharpnessTerm {
  public:
   static constexpr std::string_view kName = "sharpness";
@@ -19,7 +19,7 @@ class SharpnessTerm {
   double energy(const Field& field, ThreadTeam& team) const;
   double slope(const Field& field, Index edge) const { return threshold_ - angle(field.edges.angle[edge]); }
 
-  /// φ of a signed dihedral angle: its size, negative and so never sharp enough for an edge that may be no ridge.
+  /// φ for a signed dihedral angle: its absolute value, negated if the edge must not be a ridge.
   double angle(double dihedral) const;
 
  private:

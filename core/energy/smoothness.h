@@ -10,14 +10,14 @@
 
 namespace crease {
 
-/// ρ and dρ/d‖x‖², which is the weight of the quadratic function that touches ρ there.
+/// ρ and dρ/d‖x‖². The slope is also the weight of the quadratic function that is tangent to ρ at x.
 template <typename Number>
 struct Potential {
   Number value, slope;
 };
 
-/// ρ(x) by ‖x‖² (§3.2), for x a difference of unit normals. `width` is where Huber's and the truncated potential leave
-/// the quadratic one, as a length of x. Number: float, double, or lanes. The slope of the square root at 0 is infinite.
+/// ρ(x) as a function of ‖x‖² (§3.2), where x is a difference of unit normals. Huber's and the truncated potential are
+/// quadratic up to ‖x‖ = `width`. Number is float, double or Lanes. The slope of the square root at 0 is infinite.
 template <Smoothness kShape, typename Number>
 CREASE_LANES_INLINE Potential<Number> potential(const Number& square, float width) {
   using crease::sqrt;
@@ -38,7 +38,7 @@ CREASE_LANES_INLINE Potential<Number> potential(const Number& square, float widt
   }
 }
 
-/// Calls `body` with the shape as a constant.
+/// Calls `body` with the shape as a template argument.
 template <typename Body>
 CREASE_LANES_INLINE auto with_shape(Smoothness shape, Body body) {
   switch (shape) {
@@ -60,8 +60,8 @@ CREASE_LANES_INLINE Potential<Number> potential(Smoothness shape, Number square,
                     [&]<Smoothness kShape>() [[gnu::always_inline]] { return potential<kShape>(square, width); });
 }
 
-/// Σ_e (1 − ε_e) ρ(n_i − n_j) over the interior edges: the prior that faces look the same way as their neighbours
-/// (§3.2), except across ridges (§3.3).
+/// Σ_e (1 − ε_e) ρ(n_i − n_j) over the interior edges: the prior that neighbouring faces have similar normals (§3.2),
+/// except across ridges (§3.3).
 class SmoothnessTerm {
  public:
   static constexpr std::string_view kName = "smoothness";
@@ -74,8 +74,8 @@ class SmoothnessTerm {
   double slope(const Field& field, Index edge) const { return -rho(field.edges.chord[edge]).value; }
   CREASE_LANES_INLINE double change(const Field& field, const VertexMove& move) const;
 
-  /// Where ‖n_i − n_j‖ of the square root turns from a cone into a paraboloid in descent, which wants a derivative
-  /// everywhere: half a degree.
+  /// Half a degree as a difference of normals. Below it, descent replaces the cone of the square-root potential by a
+  /// smooth bowl, so that it has a derivative everywhere.
   static constexpr float kRounding = 0.01F;
   template <typename Real>
   CREASE_LANES_INLINE Potential<Real> at(Index edge, Real chord) const {
@@ -89,7 +89,7 @@ class SmoothnessTerm {
   Potential<Real> rho(Real chord) const {
     return potential(shape_, chord, width_);
   }
-  /// 1 − ε per edge, 0 where it is not interior, and 0 for one past the last edge.
+  /// 1 − ε per edge, 0 if it is not interior; then one more 0.
   const std::vector<float>& kept() const { return kept_; }
 
  private:
@@ -97,7 +97,7 @@ class SmoothnessTerm {
   CREASE_LANES_INLINE double change_of(const Field& field, const VertexMove& move) const;
 
   Smoothness shape_;
-  float width_;  ///< as a difference of unit normals
+  float width_;  ///< δ, as a difference of unit normals
   std::vector<float> kept_;
 };
 

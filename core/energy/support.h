@@ -7,8 +7,8 @@
 
 namespace crease {
 
-/// −Σ_(e,e') cos θ_ee' ε_e ε_e' over the pairs of edges at a vertex: collinear ridge edges encourage each other, and
-/// those of a hairpin discourage each other (§3.3). θ is the turn of a walk from one edge to the other.
+/// −Σ_(e,e') cos θ_ee' ε_e ε_e' over the pairs of edges at a vertex, where θ is the turning angle from one edge to the
+/// other. Collinear ridge edges support each other; those that fold back inhibit each other (§3.3).
 class SupportTerm {
  public:
   static constexpr std::string_view kName = "support";
@@ -23,8 +23,8 @@ class SupportTerm {
   double slope(const Field& field, Index edge) const;
 
  private:
-  /// Per vertex Σ ε_e u_e over its edges, u_e pointing away from it. cos θ is minus the cosine between outward
-  /// directions, so the support of edge e at that vertex by all the others is −u_e · (sum − ε_e u_e).
+  /// Per vertex, Σ ε_e u_e over its edges, where the unit vectors u_e point away from it. cos θ is minus the cosine
+  /// between them, so the other edges of the vertex support edge e by −u_e · (sum − ε_e u_e).
   std::vector<Vec3> sums_;
 };
 

@@ -7,44 +7,51 @@
 
 namespace crease {
 
-/// What a term is made from. Options and weights are read by constructors only.
+/// The arguments of a term's constructor. Only the constructor reads the options and the vertex weights.
 ///
-/// A term is a class with a name, a weight, and those of the functions below that it has something to say to. Nothing
-/// is virtual: the table in terms.h finds out at compile time which functions a term has. None of them multiplies by
-/// the term's weight.
+/// A term is a class with the members of the first group, and those of the other groups that apply to it. There are no
+/// virtual functions: the table in terms.h finds out at compile time which functions a term has. All values exclude the
+/// term's weight.
 ///
-///     static constexpr std::string_view kName;              // in reports
-///     static constexpr int kField;                          // number in crease.v1.Energy, for ever
-///     static double weight(const MrfOptions&);              // of the term in E, at the end of the annealing
-///     static bool is_used(const MrfOptions&);               // where that is not the same as a weight other than 0
-///     static Neighborhood neighborhood(const MrfOptions&);  // how far it reaches; kFirstOrder where it has none
+/// What it is:
+///
+///     static constexpr std::string_view kName;               // in reports
+///     static constexpr int kField;                           // field number in crease.v1.Energy; never changes
+///     static double weight(const MrfOptions&);               // at the end of the annealing
+///     static bool is_used(const MrfOptions&);                // optional; otherwise, whether the weight is not 0
+///     static Neighborhood neighborhood(const MrfOptions&);   // optional; otherwise kFirstOrder
 ///     explicit Term(const TermSetup&);
+///     double energy(const Field&, ThreadTeam&) const;        // of the whole field
 ///
-///     double energy(const Field&, ThreadTeam&) const;       // the term of the field as it is
-///     void positions_changed(const Field&, ThreadTeam&);    // what it keeps of positions and normals
-///     void labels_changed(const Field&, ThreadTeam&);       // what it keeps of the labels
-///     void label_set(const Field&, Index edge, double by);  // the same after a change of one label
+/// What updates the values that it caches:
 ///
-///     double slope(const Field&, Index edge) const;         // sampling labels: ∂/∂ε of an edge
-///     double change(const Field&, const VertexMove&) const; // sampling positions: after the move minus now
+///     void positions_changed(const Field&, ThreadTeam&);     // after positions and normals have changed
+///     void labels_changed(const Field&, ThreadTeam&);        // after any labels have changed
+///     void label_set(const Field&, Index edge, double by);   // after the label of one edge has changed by `by`
 ///
-/// For descent, see gradient.h:
+/// What the samplers ask for:
 ///
-///     Potential<Real> at(Index edge, Real chord) const;     // of an edge, by ‖n_i − n_j‖², with its derivative
-///     Real at_normals(const Normals&, Index face) const;    // of a face
-///     Vector by_normal(const Normals&, Index face) const;   // ∂(sum over all faces)/∂n of a face
-///     Real at_positions(const Points&, Index vertex) const; // of a vertex
-///     Vector by_position(const Points&, Index vertex) const;// ∂(sum over all vertices)/∂v of a vertex
+///     double slope(const Field&, Index edge) const;          // ∂energy/∂ε of the edge
+///     double change(const Field&, const VertexMove&) const;  // energy after the move minus energy before
+///
+/// What descent asks for (see gradient.h). A term is a sum over edges, faces or vertices:
+///
+///     Potential<Real> at(Index edge, Real chord) const;      // summand of an edge and its derivative by
+///                                                            // chord = ‖n_i − n_j‖²
+///     Real at_normals(const Normals&, Index face) const;     // summand of a face
+///     Vector by_normal(const Normals&, Index face) const;    // ∂(sum over all faces)/∂n of the face
+///     Real at_positions(const Points&, Index vertex) const;  // summand of a vertex
+///     Vector by_position(const Points&, Index vertex) const; // ∂(sum over all vertices)/∂v of the vertex
 struct TermSetup {
-  const Field& field;  ///< with measured positions and faces; positions and labels may be anything
+  const Field& field;  ///< a constructor may not depend on its positions and labels
   const MrfOptions& options;
-  std::span<const double> vertex_weights;  ///< w_v of the likelihood, empty for 1 everywhere
+  std::span<const double> vertex_weights;  ///< w_v of the likelihood; empty if all are 1
 };
 
-/// How far apart vertices can see each other in a term.
+/// Which pairs of vertices a term couples.
 enum class Neighborhood {
-  kFirstOrder,  ///< in faces that share an edge or are the same (§3.2, Fig. 1)
-  kWide,        ///< in faces next to faces that share a vertex with each other's: more than any term sees
+  kFirstOrder,  ///< vertices of the same face, or of two faces that share an edge (§3.2, Fig. 1)
+  kWide,        ///< also vertices whose faces have neighbours with a common vertex; covers every term
 };
 
 }  // namespace crease

@@ -17,20 +17,20 @@
 
 namespace crease {
 
-/// The terms of E(v, ε) in the order of reports. A new term gets its row here; samplers, descent, reports and
-/// checkpoints walk this table. See term.h for what a term is.
+/// The terms of E(v, ε), in the order of reports. This is the place to add a term; term.h describes its members.
+/// Samplers, descent, reports and checkpoints follow this table.
 using TermTable = std::tuple<LikelihoodTerm, SmoothnessTerm, SharpnessTerm, SupportTerm, CurvatureTerm, ContinuityTerm,
                              RidgeLineTerm>;
 
 inline constexpr std::size_t kTermCount = std::tuple_size_v<TermTable>;
 
-/// Number of the sum of all terms in crease.v1.Energy, where every term has a number, too.
+/// Field number of the total in crease.v1.Energy. The field numbers of the terms must differ from it.
 inline constexpr int kTotalField = 5;
 
-/// What others call a term.
+/// How reports and messages identify a term.
 struct TermName {
   std::string_view name;  ///< in reports
-  int field;              ///< number in crease.v1.Energy
+  int field;              ///< field number in crease.v1.Energy
 };
 inline constexpr std::array<TermName, kTermCount> kTermNames =
     []<typename... Terms>(std::type_identity<std::tuple<Terms...>>) {
@@ -40,7 +40,7 @@ inline constexpr std::array<TermName, kTermCount> kTermNames =
 /// A number for each term, in the order of the table.
 class PerTerm {
  public:
-  /// Of a term in the table.
+  /// The index of a term in the table.
   template <typename Term>
   static constexpr std::size_t place() {
     return []<typename... Terms>(std::type_identity<std::tuple<Terms...>>) {
@@ -83,42 +83,42 @@ bool is_used(const MrfOptions& options) {
   return Term::weight(options) != 0;
 }
 
-/// E(v, ε) of one field. Terms without a weight are left out of everything, and cost nothing.
+/// E(v, ε) of one field. Terms that the options do not use are skipped and cost nothing.
 class EnergyTerms {
  public:
   explicit EnergyTerms(const TermSetup& setup) : EnergyTerms(setup, std::make_index_sequence<kTermCount>{}) {}
 
-  /// At the end of the annealing.
+  /// The weights at the end of the annealing.
   const Weights& final_weights() const { return final_weights_; }
   static Neighborhood neighborhood(const MrfOptions& options);
 
-  /// What terms keep of positions and normals, after Field::update_edges().
+  /// Updates what terms cache of positions and normals. Call Field::update_edges() first.
   void positions_changed(const Field& field, ThreadTeam& team) {
     for_each([&](auto& term) {
       if constexpr (requires { term.positions_changed(field, team); }) term.positions_changed(field, team);
     });
   }
-  /// What terms keep of the labels.
+  /// Updates what terms cache of the labels.
   void labels_changed(const Field& field, ThreadTeam& team) {
     for_each([&](auto& term) {
       if constexpr (requires { term.labels_changed(field, team); }) term.labels_changed(field, team);
     });
   }
-  /// What slope() of other edges needs to know, after the label of `edge` has changed by `by`.
+  /// Updates what slope() uses, after the label of `edge` has changed by `by`.
   void label_set(const Field& field, Index edge, double by) {
     for_each([&](auto& term) {
       if constexpr (requires { term.label_set(field, edge, by); }) term.label_set(field, edge, by);
     });
   }
 
-  /// E term by term (§3.4), after positions_changed(). The same value for any number of threads.
+  /// E, term by term (§3.4). Call positions_changed() first. The result does not depend on the number of threads.
   Energy energy(const Field& field, const Weights& weights, ThreadTeam& team) const {
     Energy result;
     for_each(
         [&]<typename Term>(const Term& term) { result.of<Term>() = weights.of<Term>() * term.energy(field, team); });
     return result;
   }
-  /// ∂E/∂ε of an interior edge, after positions_changed() and label_set().
+  /// ∂E/∂ε of an interior edge. Call positions_changed() and label_set() first.
   double slope(const Field& field, const Weights& weights, Index edge) const {
     double slope = 0;
     for_each([&]<typename Term>(const Term& term) {
@@ -126,8 +126,8 @@ class EnergyTerms {
     });
     return slope;
   }
-  /// E after the move minus E now, after labels_changed(). The labels stand still, and so does what depends on the
-  /// angles through them: sharpness, support and continuity are the edge process's (§3.5).
+  /// E after the move minus E before, with fixed labels. Call labels_changed() first. The terms of the edge process,
+  /// sharpness, support and continuity, are left out: the vertex process treats them as constant (§3.5).
   CREASE_LANES_INLINE double change(const Field& field, const Weights& weights, const VertexMove& move) const {
     double change = 0;
     for_each([&]<typename Term>(const Term& term) [[gnu::always_inline]] {
@@ -140,7 +140,7 @@ class EnergyTerms {
   const Term& get() const {
     return std::get<Term>(terms_);
   }
-  /// Calls `visit(term)` for the terms that have a weight.
+  /// Calls `visit(term)` for the terms that the options use.
   template <typename Visit>
   CREASE_LANES_INLINE void for_each(Visit visit) const {
     std::apply([&](const auto&... terms) [[gnu::always_inline]] { (visit_active(terms, visit), ...); }, terms_);

@@ -9,22 +9,22 @@
 
 namespace crease {
 
-/// A vertex lifted out of the field and put elsewhere, with the normals of its faces as they are from there. Reused
-/// from proposal to proposal.
+/// A proposed new position of a vertex, with the normals that its faces would then have. One object serves many
+/// proposals, so that its memory is reused.
 class VertexMove {
  public:
   explicit VertexMove(const Rings& rings) : normals_(rings.longest) {}
 
-  /// Puts `vertex`, whose ring is `ring`, at its position plus `displacement`.
+  /// Starts a proposal: `vertex`, whose ring is `ring`, moves by `displacement`. The field does not change.
   CREASE_LANES_INLINE void begin(const Field& field, Index vertex, std::span<const Rings::Block> ring,
                                  const Vec3& displacement);
-  /// Makes the move in the field.
+  /// Accepts the proposal: writes the position and the normals to the field.
   void apply(Field& field) const;
 
   Index vertex() const { return vertex_; }
   const Vec3& to() const { return to_; }
   std::span<const Rings::Block> ring() const { return ring_; }
-  /// After the move, for each block of the ring.
+  /// The normals after the move, for each block of the ring.
   const LaneVectors* normals() const { return normals_.data(); }
 
   /// Calls `visit(face, normal after the move)` for the faces of the vertex.
@@ -48,7 +48,7 @@ class VertexMove {
 
 namespace detail {
 
-/// From `origin` to `point`, rounded after the subtraction.
+/// The vector from `origin` to `point`, rounded to single precision after the subtraction.
 CREASE_LANES_INLINE HalfLanes from(const Vec3& origin, const Vec3& point) {
   return HalfLanes{static_cast<float>(point.x() - origin.x()), static_cast<float>(point.y() - origin.y()),
                    static_cast<float>(point.z() - origin.z()), 0};
@@ -78,7 +78,7 @@ CREASE_LANES_INLINE void VertexMove::begin(const Field& field, Index vertex, std
     const LaneVectors spokes =
         transposed([&](std::size_t k) { return detail::from(here, field.positions[block.points[k]]); }) - step;
     const LaneVectors moved = detail::unit_normals(spokes, shifted_down(spokes));
-    // Member by member: a copy of the whole goes through other registers.
+    // Member by member: the compiler copies a whole struct through other registers.
     normals->x = moved.x;
     normals->y = moved.y;
     normals->z = moved.z;

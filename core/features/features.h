@@ -22,8 +22,8 @@ struct Features {
   std::vector<RidgeLine> ridge_lines;
 };
 
-/// Finds the features of any mesh. `labels` are per edge of the topology of `mesh`, in [0, 1]; `positions` replace
-/// those of the mesh. The same input gives the same bits.
+/// Finds the features of any mesh. `labels` are in [0, 1], one per edge of `topology`. `positions` replace those of
+/// `mesh`. The same input gives the same bits.
 Features find_features(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions,
                        const std::vector<double>& labels, const FeatureOptions& options = {});
 

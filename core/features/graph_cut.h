@@ -7,7 +7,7 @@
 
 namespace crease {
 
-/// A gain of energy below this is none: rounding makes as much.
+/// Changes of energy below this may be rounding errors, and count as none.
 inline constexpr double kNegligible = 1e-9;
 
 /// A flow network between one source and one sink. Dinic's algorithm [Dinic 1970] finds the maximum flow: shortest

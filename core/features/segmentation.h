@@ -13,7 +13,7 @@ namespace crease {
 /// Lengths are in mean edge lengths and areas in mean face areas. Weights are relative to a border along a flat edge.
 struct SegmentOptions {
   double ridge_weight = 0.5;                          ///< τ, per label: cost of a ridge inside a segment
-  double bend_scale = 30 * (std::numbers::pi / 180);  ///< φ₁, radians: where a border costs 1/e of one along flat edges
+  double bend_scale = 30 * (std::numbers::pi / 180);  ///< φ₁, radians: a border there costs 1/e of a flat one
   double small_weight = 10;                           ///< μ: cost of a segment without area
   double small_area = 20;         ///< a₀ in mean face areas: segments of at least this area cost nothing
   double small_fraction = 0.005;  ///< a₀ is at most this fraction of the whole surface

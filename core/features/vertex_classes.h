@@ -22,7 +22,7 @@ struct VertexClassOptions {
   double across_weight = 0.03;  ///< per 1 − label: cost of an edge between vertices of different classes
 };
 
-/// Which vertices are smooth, on a ridge or a corner, as a Markov random field (§5, in the manner of
+/// The classification of vertices as smooth, ridge or corner, as a Markov random field (§5, similar to
 /// [Lavoué & Wolf 2008]). Sites are the vertices, labels c their classes, and
 ///
 ///     E(c) = Σ_v U_v(c_v) + Σ_e [ε_e A(c_i, c_j) + (1 − ε_e) B(c_i, c_j)]

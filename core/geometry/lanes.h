@@ -9,20 +9,20 @@
 
 namespace crease {
 
-/// Eight numbers that are worked on at once; arithmetic and comparison go lane by lane. A function marked
-/// CREASE_WIDE_CLONES is compiled once for wide registers and once without, and the machine chooses. Both give the same
-/// bits: neither fuses a multiplication with an addition.
+/// Eight numbers for SIMD: arithmetic and comparison work lane by lane. A function marked CREASE_WIDE_CLONES is
+/// compiled twice, with and without AVX2; the program picks one when it starts. Both give the same bits, because
+/// neither fuses multiplications with additions.
 using Lanes [[gnu::vector_size(32)]] = float;
 using HalfLanes [[gnu::vector_size(16)]] = float;
 
-// gcc tells of its sanitizers by macros, clang by features.
+// gcc announces sanitizers by macros, clang by features.
 #if defined(__has_feature)
 #define CREASE_HAS_FEATURE(name) __has_feature(name)
 #else
 #define CREASE_HAS_FEATURE(name) 0
 #endif
 
-// The choice happens before a sanitizer is ready for it.
+// Sanitizers are not yet initialised when the program picks a clone.
 #if defined(__x86_64__) && defined(__ELF__) && !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__) && \
     !CREASE_HAS_FEATURE(thread_sanitizer) && !CREASE_HAS_FEATURE(address_sanitizer)
 #define CREASE_WIDE_CLONES [[gnu::target_clones("avx2", "default"), gnu::flatten]]
@@ -38,7 +38,7 @@ CREASE_LANES_INLINE Lanes joined(const HalfLanes& low, const HalfLanes& high) {
   return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
 }
 
-/// Four numbers from memory.
+/// Loads four numbers from memory.
 CREASE_LANES_INLINE HalfLanes load(const float* numbers) {
   HalfLanes result;
   std::memcpy(&result, numbers, sizeof result);
@@ -88,7 +88,7 @@ CREASE_LANES_INLINE LaneVectors shifted_up(const LaneVectors& a) {
   return {shifted_up(a.x), shifted_up(a.y), shifted_up(a.z)};
 }
 
-/// Vector k = `row(k)`, given as (x, y, z, anything), goes to lane k.
+/// Puts vector k, which is `row(k)` = (x, y, z, ignored), into lane k.
 template <typename Row>
 CREASE_LANES_INLINE LaneVectors transposed(Row row) {
   struct Half {

@@ -8,12 +8,12 @@
 
 namespace crease {
 
-/// The same mesh with vertices and faces numbered along a space-filling curve, so that what lies together on the
-/// surface lies together in memory. Scans often come in no order at all, and then every visit waits for main memory.
+/// The same mesh with vertices and faces numbered along a space-filling curve, so that neighbours on the surface are
+/// neighbours in memory. Scans often have a random order, which makes nearly every visit a cache miss.
 struct Renumbering {
   explicit Renumbering(const Mesh& mesh);
 
-  /// Values per vertex of the given mesh, as `mesh` numbers them.
+  /// Reorders values per vertex from the given mesh to `mesh`.
   std::vector<double> renumbered(std::span<const double> values) const;
 
   Mesh mesh;
@@ -21,11 +21,11 @@ struct Renumbering {
   std::vector<Index> new_face;    ///< per face of the given mesh; corners keep their order
 };
 
-/// For every edge of `topology` the same edge in `renumbered`, the topology of `renumbering.mesh`.
+/// Maps each edge of `topology` to the same edge of `renumbered`, the topology of `renumbering.mesh`.
 std::vector<Index> new_edges(const Renumbering& renumbering, const Topology& topology, const Topology& renumbered);
 
-/// Turns faces and twists edges of `renumbered` as `topology` does: which edge of a Möbius strip is twisted is a choice
-/// that numbering must not change.
+/// Copies the flipped faces and twisted edges of `topology` to `renumbered`. Which edge of a Möbius strip is twisted is
+/// arbitrary, and must not depend on the numbering.
 void adopt_orientation(const Topology& topology, const std::vector<Index>& new_face, const std::vector<Index>& new_edge,
                        Topology& renumbered);
 

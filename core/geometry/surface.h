@@ -8,10 +8,10 @@
 
 namespace crease {
 
-/// The working frame of every method: a mesh in units of its mean edge length ℓ and relative to its first vertex that
-/// has a face, with faces wound as the topology turns them.
+/// The working frame of every method. Lengths are in units of the mean edge length ℓ, the origin is the first vertex
+/// that has a face, and the faces are oriented consistently.
 struct Surface {
-  /// Of a mesh with faces and with a finite mean edge length above 0. The topology must outlive the surface.
+  /// The mesh must have faces and a finite mean edge length above 0. The topology must outlive the surface.
   Surface(const Mesh& mesh, const Topology& mesh_topology);
 
   const Topology& topology;
@@ -23,12 +23,12 @@ struct Surface {
 
   Vec3 area_vector(std::size_t face) const { return crease::area_vector(positions, faces[face]); }
   Vec3 centroid(std::size_t face) const { return crease::centroid(positions, faces[face]); }
-  /// Unit normals of the present positions, zero for faces without area.
+  /// Computes the unit normal of each face at the present positions; zero for faces without area.
   void normals_of_faces(std::vector<Vec3>& result) const;
-  /// Positions in the units of the upload; vertices that did not move come back exactly.
+  /// The positions in the units of the upload, which is `mesh`. Vertices that did not move are exactly those of `mesh`.
   std::vector<Vec3> upload_positions(const Mesh& mesh) const;
 
-  /// Calls `visit(face across)` for the faces that share an interior edge with `face`.
+  /// Calls `visit(f)` for each face f that shares an interior edge with `face`.
   template <typename Visit>
   void visit_face_neighbors(Index face, Visit visit) const {
     for (const Index edge : topology.face_edges[face]) {
@@ -36,17 +36,17 @@ struct Surface {
     }
   }
 
-  /// Calls `visit` for the vertices one edge away.
+  /// Calls `visit(v)` for each vertex v that shares an edge with `vertex`.
   template <typename Visit>
   void visit_vertex_neighbors(Index vertex, Visit visit) const {
     for (const Index e : topology.vertex_edges[vertex]) visit(other_end(topology.edges[e], vertex));
   }
 };
 
-/// Per vertex whether it has edges and all of them are interior: 1, or 0 at boundaries and non-manifold edges.
+/// Per vertex, 1 if it has edges and all of them are interior, otherwise 0.
 std::vector<std::uint8_t> inner_vertices(const Topology& topology);
 
-/// Whether a mesh has a finite mean edge length above 0, and so a working frame.
+/// Whether the mean edge length is finite and above 0, as a Surface requires.
 bool has_extent(const Mesh& mesh, const Topology& topology);
 
 }  // namespace crease

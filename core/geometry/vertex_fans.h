@@ -8,24 +8,25 @@
 
 namespace crease {
 
-/// A face as seen from one of its corners: in the order of turning, edge to b, edge between b and c, edge to c.
+/// A face as seen from one of its corners. In the orientation of the face: the edge to b, the rim edge from b to c, the
+/// edge to c.
 struct Corner {
   Index face = kNone, b = kNone, c = kNone;
   Index edge_b = kNone, rim = kNone, edge_c = kNone;
 };
 
-/// The faces round a vertex in the order of turning, in fans that are cut at edges that are not interior. Scratch is
-/// kept from vertex to vertex.
+/// Visits the faces around a vertex in cyclic order, in fans that end at edges that are not interior. One object serves
+/// many vertices, so that its memory is reused.
 class VertexFans {
  public:
   explicit VertexFans(const Surface& surface)
       : faces_(surface.faces), topology_(surface.topology), place_(surface.faces.size(), 0) {}
 
-  /// Calls `visit(fan, closed)` for each fan of `vertex`; in a closed fan the first face follows the last.
+  /// Calls `visit(fan, closed)` for each fan of `vertex`. In a closed fan, the first face follows the last.
   template <typename Visit>
   void visit(Index vertex, Visit visit) {
     collect(vertex);
-    // Open fans first, each from its beginning; what is left is closed.
+    // Open fans first, each from its start. The remaining fans are closed.
     for (std::size_t i = 0; i < corners_.size(); ++i) {
       if (used_[i] == 0 && topology_.face_across(corners_[i].face, corners_[i].edge_b) == kNone)
         visit(fan_from(i), false);
@@ -43,7 +44,7 @@ class VertexFans {
 
   const std::vector<Triangle>& faces_;
   const Topology& topology_;
-  std::vector<std::size_t> place_;  ///< of a face among the corners at hand
+  std::vector<std::size_t> place_;  ///< per face, its index in corners_
   std::vector<Corner> corners_, fan_;
   std::vector<std::uint8_t> used_;
 };

@@ -8,7 +8,7 @@
 
 namespace crease {
 
-/// A mesh file that was read, and the format that it has.
+/// The content of a mesh file and its format.
 struct DecodedMesh : MeshContent {
   MeshFormat format = MeshFormat::kObj;
 };

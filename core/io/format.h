@@ -66,8 +66,7 @@ class Names {
   std::size_t count_;
 };
 
-/// A file format: a row of the table in core/io/formats.h. A function that is null is something that the format
-/// cannot do.
+/// A file format: a row of the table in core/io/formats.h. Operations that the format does not support are null.
 struct Format {
   std::string_view name;   ///< the value of `format=` and `--format`
   std::string_view title;  ///< for sentences

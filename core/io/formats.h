@@ -23,7 +23,7 @@ namespace crease {
 /// The formats of meshes, in the order of their rows in kFormats.
 enum class MeshFormat : std::uint8_t { kGlb, kGltf, kObj, kPly, kStl, kOff, kJson };
 
-/// Makes a table entry of a writer that needs the mesh alone.
+/// Adapts a writer that needs only the mesh to the table.
 template <std::string (*kWrite)(const Mesh&)>
 std::string mesh_only(const LabelledMesh& result, const nlohmann::ordered_json& /*extras*/) {
   return kWrite(result.mesh);
@@ -112,10 +112,10 @@ constexpr std::string_view format_name(MeshFormat format) { return format_row(fo
 /// The media type that the format is served under.
 constexpr std::string_view media_type(MeshFormat format) { return format_row(format).media_types.front(); }
 
-/// Rows of the table, or of a table that another room adds to it.
+/// Rows of the table, or of a table in another room that extends it.
 using Formats = std::vector<const Format*>;
 
-/// The formats that have a certain function, such as `formats_with(&Format::read)`.
+/// The formats that support an operation, such as `formats_with(&Format::read)`.
 template <typename Function>
 Formats formats_with(Function* Format::*function) {
   Formats found;
@@ -145,7 +145,7 @@ std::optional<MeshFormat> format_from_name(std::string_view name);
 std::optional<MeshFormat> format_from_filename(std::string_view filename);
 std::optional<MeshFormat> format_from_media_type(std::string_view media_type);
 
-/// The format that the bytes look like most; of equals the first in the table.
+/// The format that the bytes resemble most; if several do, the first of them in the table.
 std::optional<MeshFormat> sniff_format(std::string_view bytes);
 
 }  // namespace crease

@@ -13,7 +13,7 @@
 namespace crease {
 
 /// Collects the content of a mesh file and does the checks that all formats share. `place` arguments are functions, so
-/// that the text is made only if there is a fault.
+/// that the text is built only for an error.
 class MeshBuilder {
  public:
   explicit MeshBuilder(const DecodeLimits& limits)

@@ -13,8 +13,8 @@ using Triangle = std::array<Index, 3>;
 
 inline constexpr Index kNone = 0xffffffffU;
 
-/// A triangle soup with shared vertices, in the order of the upload. Anything that indices in range can express is
-/// representable: non-manifold edges, duplicate and degenerate faces, isolated vertices.
+/// An indexed triangle mesh in the order of the upload. The indices are in range; anything else is allowed, such as
+/// non-manifold edges, duplicate and degenerate faces, and isolated vertices.
 struct Mesh {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;

@@ -12,13 +12,14 @@ struct OpenMeshTraits : OpenMesh::DefaultTraits {
 };
 using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<OpenMeshTraits>;
 
-/// Flat copy; vertex and face handles become indices. Of a mesh without deleted elements: collect garbage first.
+/// Copies a half-edge mesh; vertex and face handles become indices. It must not have deleted elements: call
+/// garbage_collection() first.
 Mesh from_openmesh(const HalfEdgeMesh& half_edges);
 
-/// Half-edge copy with the same vertex and face indices, and with every face starting at the same corner, so that
-/// from_openmesh gives `mesh` back.
-/// \throw Error mesh_unsupported when a half-edge mesh cannot hold it (non-manifold, inconsistently wound, or a face
-///        with a repeated corner); names the first face that does not fit
+/// Copies `mesh` to a half-edge mesh with the same vertex and face indices. Every face keeps its first corner, so that
+/// from_openmesh restores `mesh`.
+/// \throw Error mesh_unsupported, with the first face that does not fit, if a half-edge mesh cannot represent `mesh`:
+///        it is non-manifold, inconsistently wound, or has a face with a repeated corner
 HalfEdgeMesh to_openmesh(const Mesh& mesh);
 
 }  // namespace crease

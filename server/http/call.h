@@ -42,8 +42,8 @@ struct Call {
   const Caller& caller() const { return exchange.caller; }
   /// The owner whose jobs this call can see.
   std::string owner() const { return caller().owner(); }
-  std::string query(const std::string& name, std::string fallback = {}) const {
-    return query_value(request.params, name, std::move(fallback));
+  std::string query(const std::string& name, const std::string& fallback = {}) const {
+    return query_value(request.params, name, fallback);
   }
 };
 

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstring>
 #include <fstream>
 #include <future>
 #include <system_error>
@@ -159,7 +160,7 @@ class Service {
   }
 
   int drain(std::future<bool>& served, int signal) {
-    log_event(spdlog::level::info, "draining", {{"signal", ::strsignal(signal)}});
+    log_event(spdlog::level::info, "draining", {{"signal", ::sigdescr_np(signal)}});
     shutting_down_ = true;
     watcher_.close();
     auto stopped = std::async(std::launch::async, [this] {

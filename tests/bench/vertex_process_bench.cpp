@@ -56,7 +56,7 @@ void ratio_to_textbook(benchmark::State& state) {
     work();
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   };
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     textbook_seconds += seconds_of([&] { benchmark::DoNotOptimize(textbook.sweep(kTemperature, kStep)); });
     packed_seconds += seconds_of([&] {
       bench.terms.labels_changed(bench.field, team);
@@ -82,7 +82,7 @@ void speedup_of_second_thread(benchmark::State& state) {
   const CounterRandom random(1, RandomStream::kVertexProcess);
   std::uint32_t sweep = 0;
   std::array<double, 2> seconds{};
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     for (const std::size_t i : {0U, 1U}) {
       const auto start = std::chrono::steady_clock::now();
       for (int k = 0; k < 10; ++k)
@@ -105,7 +105,7 @@ void energy_with_gradient(benchmark::State& state) {
     for (const Vec3& position : bench.field.positions) x.push_back(static_cast<Real>(position[axis]));
   }
   EnergyGradient<Real> energy(bench.field, bench.terms);
-  for (auto _ : state) benchmark::DoNotOptimize(energy(bench.weights(), x, gradient, bench.alone));
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(energy(bench.weights(), x, gradient, bench.alone));
   state.counters["faces_per_s"] =
       benchmark::Counter(static_cast<double>(mesh.triangles.size()), benchmark::Counter::kIsIterationInvariantRate);
 }

@@ -14,13 +14,13 @@ const crease::fuzz::Target* target = nullptr;
 }  // namespace
 
 extern "C" int LLVMFuzzerInitialize(int* /*argc*/, char*** /*argv*/) {
-  const char* name = std::getenv("FUZZ_TARGET");
+  const char* name = std::getenv("FUZZ_TARGET");  // NOLINT(concurrency-mt-unsafe): before any thread
   target = crease::fuzz::find_target(name == nullptr ? "" : name);
   if (target != nullptr) return 0;
   std::fputs("FUZZ_TARGET must be one of:", stderr);
   for (const auto& known : crease::fuzz::targets()) std::fprintf(stderr, " %s", known.name.data());
   std::fputs("\n", stderr);
-  std::exit(2);
+  std::exit(2);  // NOLINT(concurrency-mt-unsafe): before any thread
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -17,7 +17,7 @@ namespace {
 
 std::string written(const creased::RequestHead& head) {
   std::string text = head.method + " " + head.target + " " + head.version + "\r\n";
-  for (const auto& [name, value] : head.headers) text += name + ":" + value + "\r\n";
+  for (const auto& [name, value] : head.headers) text.append(name).append(":").append(value).append("\r\n");
   return text + "\r\n";
 }
 

@@ -19,11 +19,12 @@ inline void require(bool holds, std::string_view property) {
 
 /// A fuzzer: what to do with the bytes. libFuzzer runs it, and so does the unit test that replays the corpora.
 struct Target {
-  std::string_view name;  ///< also the name of its folders under corpus/ and regressions/
+  std::string_view name;  ///< also of its folders in corpus/ and regressions/, and of its file in dictionaries/
   /// \throw Violation; any other exception is a fault, too
   void (*run)(std::string_view bytes);
 };
 
+/// Every fuzzer, from the one table of them.
 std::span<const Target> targets();
 
 /// Returns null when there is no target with this name.

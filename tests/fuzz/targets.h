@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-// All targets. target.cpp has a table of their names.
+// The functions behind the targets. The table in target.cpp names the targets; a test compares it with the folders.
 namespace crease::fuzz {
 
 // Mesh files, from decoding to the files of a result: mesh_targets.cpp.

@@ -90,7 +90,8 @@ class Canvas {
         for (std::size_t channel = 0; channel < 3; ++channel) {
           float sum = 0;
           for (int k = 0; k < samples * samples; ++k) {
-            sum += colors_[static_cast<std::size_t>((row + k / samples) * size_ + column + k % samples)][channel];
+            const int pixel = (row + k / samples) * size_ + column + k % samples;
+            sum += colors_[static_cast<std::size_t>(pixel)][channel];
           }
           bytes.push_back(static_cast<png_byte>(std::lround(255 * sum / static_cast<float>(samples * samples))));
         }
@@ -106,7 +107,8 @@ class Canvas {
     const auto last = [&](double x) { return std::min(size_ - 1, static_cast<int>(std::ceil(x))); };
     for (int row = first(low.y()); row <= last(high.y()); ++row) {
       for (int column = first(low.x()); column <= last(high.x()); ++column) {
-        visit(column + 0.5, row + 0.5, static_cast<std::size_t>(row * size_ + column));
+        const int pixel = row * size_ + column;
+        visit(column + 0.5, row + 0.5, static_cast<std::size_t>(pixel));
       }
     }
   }

@@ -144,7 +144,7 @@ TEST_F(Browsers, GetHeadersAgainstSniffingScriptsAndFraming) {
 TEST_F(Browsers, GetNoHeadersFromFileNames) {
   const std::string evil = "a\r\nSet-Cookie: x=1\r\n\r\n<script>\";filename=b\\.obj";
   std::string encoded;
-  for (const unsigned char c : evil) encoded += fmt::format("%{:02x}", c);
+  for (const char c : evil) encoded += fmt::format("%{:02x}", static_cast<unsigned char>(c));
   const auto job = server_->wait_for_end(server_->submit(small_obj(), kQuick + "&name=" + encoded)["id"]);
   const auto response = call("GET", "/v1/jobs/" + job["id"].get<std::string>() + "/mesh?format=obj");
   ASSERT_EQ(response.status, 200);
@@ -179,7 +179,7 @@ TEST_F(Browsers, CannotReachFilesByPath) {
   }
   const auto job = server_->submit(small_obj(), kQuick)["id"].get<std::string>();
   std::string encoded;
-  for (const unsigned char c : job) encoded += fmt::format("%{:02X}", c);
+  for (const char c : job) encoded += fmt::format("%{:02X}", static_cast<unsigned char>(c));
   EXPECT_EQ(call("GET", "/v1/jobs/" + encoded).json()["id"], job) << "an encoded id is the same id";
 }
 

@@ -49,7 +49,7 @@ TEST_F(Connection, RefusesAmbiguousHeads) {
       {get + "Host: x\r\n folded: y\r\n\r\n", 400, "request_malformed"},
       {get + "Host: x\r\nNoColon\r\n\r\n", 400, "request_malformed"},
       {get + "Host: x\r\nA: b\nC: d\r\n\r\n", 400, "request_malformed"},
-      {get + std::string("Host: x\r\nA: b\0c\r\n\r\n", 20), 400, "request_malformed"},
+      {get + std::string("Host: x\r\nA: b\0c\r\n\r\n", 19), 400, "request_malformed"},
       {get + "\r\n", 400, "request_malformed"},
       {get + "Host: x\r\nHost: y\r\n\r\n", 400, "request_malformed"},
       {"GET  /healthz HTTP/1.1\r\nHost: x\r\n\r\n", 400, "request_malformed"},

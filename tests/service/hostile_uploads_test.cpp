@@ -164,7 +164,7 @@ void add_nonsense(std::vector<Hostile>& all) {
   add("line breaks", std::string(1'000, '\n'));
   add("zeros", std::string(100'000, '\0'));
   add("one long line", std::string(1'000'000, 'v'));
-  add("gzip", "\x1f\x8b\x08\x00" + std::string(2'000, '\x55'));
+  add("gzip", std::string("\x1f\x8b\x08\x00", 4) + std::string(2'000, '\x55'));
   std::mt19937 engine(7);
   std::uniform_int_distribution<int> byte(0, 255);
   std::string noise;

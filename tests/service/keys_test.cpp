@@ -39,7 +39,7 @@ class Keys : public ::testing::Test {
     return response.json();
   }
   static std::string finished(const TestKey& key, const std::string& query = kQuick) {
-    const std::string self = "/v1/jobs/" + submit(key, {}, query)["id"].get<std::string>();
+    std::string self = "/v1/jobs/" + submit(key, {}, query)["id"].get<std::string>();
     const auto events = parse_events(call("GET", self + "/events", key.bearer()).body);
     EXPECT_EQ(events.back().type, "succeeded");
     return self;

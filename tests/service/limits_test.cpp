@@ -11,7 +11,7 @@ class Limits : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     file_ = std::make_unique<TestKeyFile>(
-        std::vector<TestKey>{free_, slow_, steady_, jobs_, queue_, bytes_, faces_, stored_, streams_});
+        std::vector<TestKey>{kFree, kSlow, kSteady, kJobs, kQueue, kBytes, kFaces, kStored, kStreams});
     server_ = std::make_unique<ServerProcess>(std::vector<std::string>{
         "--workers", "0", "--max-connections", "48", "--max-streams", "16", "--keys", file_->path(), "--max-upload-mb",
         "2", "--trusted-proxy", "127.0.0.1", "--address-rate", "0.001", "--address-burst", "2", "--key-rate", "0"});
@@ -33,48 +33,48 @@ class Limits : public ::testing::Test {
     return value.empty() ? -1 : std::stoi(value);
   }
 
-  static inline const TestKey free_ = make_test_key("free"),
-                              slow_ = make_test_key("slow", {{"requests_per_second", 0.001}, {"burst", 3}}),
-                              steady_ = make_test_key("steady", {{"requests_per_second", 1}, {"burst", 1}}),
-                              jobs_ = make_test_key("jobs", {{"jobs_per_minute", 0.1}}),
-                              queue_ = make_test_key("queue", {{"max_queued", 2}}),
-                              bytes_ = make_test_key("bytes", {{"max_upload_mb", 1}}),
-                              faces_ = make_test_key("faces", {{"max_faces", 191}}),
-                              stored_ = make_test_key("stored", {{"max_stored_mb", 1}}),
-                              streams_ = make_test_key("streams", {{"max_streams", 1}});
+  static inline const TestKey kFree = make_test_key("free"),
+                              kSlow = make_test_key("slow", {{"requests_per_second", 0.001}, {"burst", 3}}),
+                              kSteady = make_test_key("steady", {{"requests_per_second", 1}, {"burst", 1}}),
+                              kJobs = make_test_key("jobs", {{"jobs_per_minute", 0.1}}),
+                              kQueue = make_test_key("queue", {{"max_queued", 2}}),
+                              kBytes = make_test_key("bytes", {{"max_upload_mb", 1}}),
+                              kFaces = make_test_key("faces", {{"max_faces", 191}}),
+                              kStored = make_test_key("stored", {{"max_stored_mb", 1}}),
+                              kStreams = make_test_key("streams", {{"max_streams", 1}});
   static inline std::unique_ptr<TestKeyFile> file_;
   static inline std::unique_ptr<ServerProcess> server_;
 };
 
 TEST_F(Limits, CallsOfAKeyAreLimitedToItsRate) {
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(call("GET", "/v1/jobs", slow_.bearer()).status, 200);
-  const auto refused = call("GET", "/v1/jobs", slow_.bearer());
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(call("GET", "/v1/jobs", kSlow.bearer()).status, 200);
+  const auto refused = call("GET", "/v1/jobs", kSlow.bearer());
   EXPECT_EQ(refused.status, 429);
   EXPECT_EQ(refused.code(), "rate_limited");
   EXPECT_GT(retry_after(refused), 1);
   EXPECT_LE(retry_after(refused), 1000) << "one call per thousand seconds";
-  EXPECT_EQ(call("POST", "/v1/jobs", slow_.with(kObj), small_obj()).code(), "rate_limited");
-  EXPECT_EQ(call("GET", "/healthz", slow_.bearer()).status, 200) << "probes are not counted";
-  EXPECT_EQ(call("GET", "/v1/jobs", free_.bearer()).status, 200) << "other keys are not affected";
+  EXPECT_EQ(call("POST", "/v1/jobs", kSlow.with(kObj), small_obj()).code(), "rate_limited");
+  EXPECT_EQ(call("GET", "/healthz", kSlow.bearer()).status, 200) << "probes are not counted";
+  EXPECT_EQ(call("GET", "/v1/jobs", kFree.bearer()).status, 200) << "other keys are not affected";
 }
 
 TEST_F(Limits, ARefusedKeyIsServedAgainLater) {
   RawResponse refused;
   EXPECT_TRUE(eventually([&] {
-    refused = call("GET", "/v1/jobs", steady_.bearer());
+    refused = call("GET", "/v1/jobs", kSteady.bearer());
     return refused.status == 429;
   }));
   EXPECT_EQ(retry_after(refused), 1);
-  EXPECT_TRUE(eventually([] { return call("GET", "/v1/jobs", steady_.bearer()).status == 200; }));
+  EXPECT_TRUE(eventually([] { return call("GET", "/v1/jobs", kSteady.bearer()).status == 200; }));
 }
 
 TEST_F(Limits, JobsOfAKeyAreLimitedToItsRate) {
-  EXPECT_EQ(submit(jobs_, 1).status, 202);
-  const auto refused = submit(jobs_, 2);
+  EXPECT_EQ(submit(kJobs, 1).status, 202);
+  const auto refused = submit(kJobs, 2);
   EXPECT_EQ(refused.code(), "rate_limited");
   EXPECT_GT(retry_after(refused), 60);
   EXPECT_LE(retry_after(refused), 600) << "one per ten minutes";
-  EXPECT_EQ(call("GET", "/v1/jobs", jobs_.bearer()).status, 200);
+  EXPECT_EQ(call("GET", "/v1/jobs", kJobs.bearer()).status, 200);
 }
 
 TEST_F(Limits, CallsWithoutAKeyAreCountedByAddress) {
@@ -93,39 +93,39 @@ TEST_F(Limits, CallsWithoutAKeyAreCountedByAddress) {
   EXPECT_EQ(from("2001:db8::2").status, 401);
   EXPECT_EQ(from("2001:db8::3").status, 429) << "a network is one subscriber";
   EXPECT_EQ(from("203.0.113.1", "/readyz").status, 200);
-  const Headers with_key = free_.with({{"X-Forwarded-For", "203.0.113.1"}});
+  const Headers with_key = kFree.with({{"X-Forwarded-For", "203.0.113.1"}});
   EXPECT_EQ(call("GET", "/v1/jobs", with_key).status, 200) << "a caller with a key is not affected by its neighbours";
 }
 
 TEST_F(Limits, QueuedJobsOfAKeyAreLimited) {
-  const auto first = submit(queue_, 1);
+  const auto first = submit(kQueue, 1);
   EXPECT_EQ(first.status, 202);
-  EXPECT_EQ(submit(queue_, 2).status, 202);
-  const auto refused = submit(queue_, 3);
+  EXPECT_EQ(submit(kQueue, 2).status, 202);
+  const auto refused = submit(kQueue, 3);
   EXPECT_EQ(refused.status, 429);
   EXPECT_EQ(refused.code(), "key_queue_full");
   EXPECT_GE(retry_after(refused), 1);
-  EXPECT_EQ(submit(free_, 3).status, 202);
-  call("DELETE", first.header("location"), queue_.bearer());
-  EXPECT_EQ(submit(queue_, 3).status, 202);
+  EXPECT_EQ(submit(kFree, 3).status, 202);
+  call("DELETE", first.header("location"), kQueue.bearer());
+  EXPECT_EQ(submit(kQueue, 3).status, 202);
 }
 
 TEST_F(Limits, UploadsOfAKeyAreLimitedByTheirLengthAndWhileTheyArrive) {
   const std::string long_obj = small_obj() + "#" + std::string(1'200'000, ' ') + "\n";
-  EXPECT_EQ(submit(bytes_, 1, long_obj).code(), "payload_too_large");
-  EXPECT_EQ(submit(free_, 1, long_obj).status, 202);
-  EXPECT_EQ(submit(bytes_, 1).status, 202);
+  EXPECT_EQ(submit(kBytes, 1, long_obj).code(), "payload_too_large");
+  EXPECT_EQ(submit(kFree, 1, long_obj).status, 202);
+  EXPECT_EQ(submit(kBytes, 1).status, 202);
 
   RawConnection head_only(server_->port());
   head_only.send("POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Length: 1200000\r\nAuthorization: Bearer " +
-                 bytes_.text + "\r\n\r\n");
+                 kBytes.text + "\r\n\r\n");
   EXPECT_EQ(head_only.receive().code(), "payload_too_large") << "before a byte of the body";
 
   RawConnection chunks(server_->port());
   chunks.send(
       "POST /v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Type: model/obj\r\nTransfer-Encoding: chunked\r\n"
       "Authorization: Bearer " +
-      bytes_.text + "\r\n\r\n");
+      kBytes.text + "\r\n\r\n");
   const std::string chunk = "10000\r\n" + std::string(0x10000, ' ') + "\r\n";
   for (int i = 0; i < 40 && chunks.send(chunk); ++i) {
   }
@@ -133,44 +133,44 @@ TEST_F(Limits, UploadsOfAKeyAreLimitedByTheirLengthAndWhileTheyArrive) {
 }
 
 TEST_F(Limits, FacesOfAKeysMeshesAreLimited) {
-  const auto refused = submit(faces_, 1);
+  const auto refused = submit(kFaces, 1);
   EXPECT_EQ(refused.status, 413);
   EXPECT_EQ(refused.code(), "mesh_too_large");
   EXPECT_NE(refused.json()["detail"].get<std::string>().find("191"), std::string::npos) << refused.body;
-  EXPECT_EQ(submit(faces_, 1, obj_text(cube(2))).status, 202);
+  EXPECT_EQ(submit(kFaces, 1, obj_text(cube(2))).status, 202);
 }
 
 TEST_F(Limits, StoredBytesOfAKeyAreLimited) {
   RawResponse response;
   int taken = 0;
-  while (taken < 30 && (response = submit(stored_, taken)).status == 202) ++taken;
+  while (taken < 30 && (response = submit(kStored, taken)).status == 202) ++taken;
   EXPECT_GT(taken, 1);
   EXPECT_EQ(response.status, 507);
   EXPECT_EQ(response.code(), "quota_exceeded");
-  EXPECT_EQ(submit(free_, 99).status, 202);
-  const auto kept = call("GET", "/v1/jobs", stored_.bearer()).json()["jobs"];
+  EXPECT_EQ(submit(kFree, 99).status, 202);
+  const auto kept = call("GET", "/v1/jobs", kStored.bearer()).json()["jobs"];
   EXPECT_EQ(kept.size(), static_cast<std::size_t>(taken));
-  call("DELETE", "/v1/jobs/" + kept[0]["id"].get<std::string>(), stored_.bearer());
-  EXPECT_EQ(submit(stored_, 100).status, 202) << "deleting jobs makes room";
+  call("DELETE", "/v1/jobs/" + kept[0]["id"].get<std::string>(), kStored.bearer());
+  EXPECT_EQ(submit(kStored, 100).status, 202) << "deleting jobs makes room";
 }
 
 TEST_F(Limits, StreamsOfAKeyAreLimited) {
-  const std::string events = submit(streams_, 1).header("location") + "/events";
+  const std::string events = submit(kStreams, 1).header("location") + "/events";
   {
     RawConnection first(server_->port());
-    first.send(raw_request("GET", events, streams_.bearer()));
+    first.send(raw_request("GET", events, kStreams.bearer()));
     ASSERT_FALSE(first.receive_until("retry:").empty());
-    const auto refused = call("GET", events, streams_.bearer());
+    const auto refused = call("GET", events, kStreams.bearer());
     EXPECT_EQ(refused.status, 429);
     EXPECT_EQ(refused.code(), "key_streams_full");
     EXPECT_GE(retry_after(refused), 1);
     RawConnection other(server_->port());
-    other.send(raw_request("GET", submit(free_, 77).header("location") + "/events", free_.bearer()));
+    other.send(raw_request("GET", submit(kFree, 77).header("location") + "/events", kFree.bearer()));
     EXPECT_NE(other.receive_until("retry:").find("200 OK"), std::string::npos);
   }
   EXPECT_TRUE(eventually([&] {
     RawConnection again(server_->port());
-    again.send(raw_request("GET", events, streams_.bearer()));
+    again.send(raw_request("GET", events, kStreams.bearer()));
     return again.receive_until("\r\n").find("200") != std::string::npos;
   }));
 }

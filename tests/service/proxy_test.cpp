@@ -28,7 +28,7 @@ int free_port() {
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   socklen_t size = sizeof address;
-  ::bind(socket, reinterpret_cast<const sockaddr*>(&address), size);
+  EXPECT_EQ(::bind(socket, reinterpret_cast<const sockaddr*>(&address), size), 0);
   ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size);
   ::close(socket);
   return ntohs(address.sin_port);
@@ -140,7 +140,7 @@ class Proxy : public ::testing::Test {
     return std::search(answer.begin(), answer.end(), text.begin(), text.end(), same) != answer.end();
   }
   static std::string write_mesh(const std::string& obj) {
-    const std::string file = nginx_->path("mesh.obj");
+    std::string file = nginx_->path("mesh.obj");
     std::ofstream(file) << obj;
     return file;
   }

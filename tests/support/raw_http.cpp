@@ -49,19 +49,21 @@ std::string RawResponse::code() const {
 
 RawConnection::RawConnection(int port, const std::string& source)
     : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  const auto require_success = [&](int result, const char* what) {
+    if (result == 0) return;
+    const int reason = errno;
+    ::close(socket_);
+    throw std::system_error(reason, std::generic_category(), what);
+  };
   sockaddr_in address{};
   address.sin_family = AF_INET;
   if (!source.empty()) {
     ::inet_pton(AF_INET, source.c_str(), &address.sin_addr);
-    ::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+    require_success(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), "bind");
   }
   address.sin_port = htons(static_cast<std::uint16_t>(port));
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  if (::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    const int reason = errno;
-    ::close(socket_);
-    throw std::system_error(reason, std::generic_category(), "connect");
-  }
+  require_success(::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), "connect");
 }
 
 RawConnection::~RawConnection() { close(); }

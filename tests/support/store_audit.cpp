@@ -1,6 +1,7 @@
 #include "tests/support/store_audit.h"
 
 #include <SQLiteCpp/SQLiteCpp.h>
+#include <fmt/format.h>
 
 #include "crease/v1/job.pb.h"
 #include "crease/v1/result.pb.h"
@@ -61,7 +62,7 @@ class Audit {
     for (const auto& entry : fs::directory_iterator(jobs_ / id)) {
       const std::string name = entry.path().filename();
       const bool left = name.ends_with(".part") || name == "checkpoint" || name == "snapshot.pb";
-      expect(!at_rest_ || !left, "job " + id + " has ended and left " + name);
+      expect(!at_rest_ || !left, fmt::format("job {} has ended and left {}", id, name));
     }
   }
 

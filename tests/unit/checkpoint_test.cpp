@@ -142,7 +142,7 @@ TEST(Checkpoint, ACheckpointOfAnotherRunIsRefused) {
   const MrfOptions options = options_of(Process::kBoth, Solver::kMetropolis);
   std::string checkpoint;
   run_until(20, options, checkpoint);
-  const auto refused = [&](const Mesh& mesh, const MrfOptions& of_run, std::string bytes) {
+  const auto refused = [&](const Mesh& mesh, const MrfOptions& of_run, const std::string& bytes) {
     RunContext context;
     context.checkpoint = bytes;
     EXPECT_THROW(run(mesh, of_run, context), CheckpointError);

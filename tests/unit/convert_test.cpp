@@ -1,7 +1,6 @@
 #include "proto/convert.h"
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -15,8 +14,6 @@
 
 namespace crease {
 namespace {
-
-using testing::ElementsAre;
 
 std::vector<std::string> keys(const nlohmann::ordered_json& object) {
   std::vector<std::string> names;

@@ -78,7 +78,7 @@ TEST(Metropolis, OneLabelFollowsTheGibbsDistribution) {
       const double expected =
           (std::exp(-rate * bin / kBins) - std::exp(-rate * (bin + 1) / kBins)) / (1 - std::exp(-rate));
       // Successive samples are correlated: allow for a tenth as many independent ones.
-      const double sigma = std::sqrt(expected * (1 - expected) / (kSweeps / 10));
+      const double sigma = std::sqrt(expected * (1 - expected) / (kSweeps / 10.0));
       EXPECT_NEAR(histogram[static_cast<std::size_t>(bin)] / double{kSweeps}, expected, 5 * sigma) << bin;
     }
   }

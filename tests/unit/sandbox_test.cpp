@@ -2,7 +2,7 @@
 
 #include <arpa/inet.h>
 #include <fcntl.h>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -38,7 +38,6 @@ using crease::test::eventually;
 using crease::test::fork_process;
 using crease::test::obj_text;
 using crease::test::wait_for_process;
-using testing::HasSubstr;
 
 constexpr std::uint64_t kMiB = 1U << 20U;
 

@@ -38,7 +38,7 @@ void expect_tasks_apart(const Schedule& schedule, const TouchedBy& touched_by, c
   }
 }
 
-void expect_each_once(const Schedule& schedule, std::vector<Index> expected, const std::string& name) {
+void expect_each_once(const Schedule& schedule, const std::vector<Index>& expected, const std::string& name) {
   std::vector<Index> sites = schedule.sites;
   std::ranges::sort(sites);
   EXPECT_EQ(sites, expected) << name;

@@ -10,8 +10,6 @@
 namespace crease {
 namespace {
 
-using test::NamedMesh;
-
 double signed_volume(const Mesh& mesh) {
   double six_volumes = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
