@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
+#include <cmath>
+#include <filesystem>
 #include <map>
 
+#include "core/options/options.h"
 #include "tests/quality/contenders.h"
+#include "tests/quality/render.h"
 
 namespace crease::quality {
 namespace {
@@ -96,17 +99,45 @@ void print_reliability(const std::vector<Outcome>& outcomes, const std::vector<C
   }
 }
 
+std::vector<Line> ridge_lines_of(const Mesh& mesh, const Topology& topology, const std::vector<double>& labels) {
+  std::vector<Line> lines;
+  for (std::size_t e = 0; e < labels.size(); ++e) {
+    const auto [v0, v1] = topology.edges[e];
+    if (is_ridge(labels[e])) lines.push_back({mesh.positions[v0], mesh.positions[v1], {0.85F, 0.1F, 0.1F}});
+  }
+  return lines;
+}
+
+/// 1 for edges over kReferenceRidgeDeg.
+std::vector<double> sharp_edges_of(const Mesh& mesh, const Topology& topology) {
+  std::vector<double> labels = signed_dihedral_angles(mesh, topology, mesh.positions);
+  for (double& label : labels) label = std::abs(label) > kReferenceRidgeDeg * kDegree ? 1 : 0;
+  return labels;
+}
+
+/// Draws original, noisy and result. The result of a method without labels shows its sharp edges.
+void draw(const Pair& pair, const Topology& topology, const Denoised& denoised, const std::filesystem::path& png) {
+  constexpr int kPixels = 600;
+  const Mesh result{denoised.positions, pair.original.triangles};
+  const auto labels = denoised.labels.empty() ? sharp_edges_of(result, topology) : denoised.labels;
+  render_row({{pair.original, ridge_lines_of(pair.original, topology, sharp_edges_of(pair.original, topology))},
+              {pair.noisy, {}},
+              {result, ridge_lines_of(result, topology, labels)}},
+             {-20, 35, pair.original.positions}, kPixels, png);
+}
+
 struct Request {
   PairSet set = PairSet::kShort;
   std::string only;
   std::vector<std::string> methods{"noisy", "default", "bilateral", "guided"};
-  std::string meshes;
+  std::string meshes, pictures;
   std::uint32_t threads = 1;
 };
 
 void run(const Request& request) {
   std::vector<Contender> contenders;
   for (const std::string& name : request.methods) contenders.push_back(find_contender(name, request.threads));
+  if (!request.pictures.empty()) std::filesystem::create_directories(request.pictures);
   std::vector<Outcome> outcomes;
   for (const PairRecipe& recipe : recipes_of(request.set)) {
     if (recipe.name().find(request.only) == std::string::npos) continue;
@@ -117,8 +148,13 @@ void run(const Request& request) {
     }
     const Topology topology = build_topology(pair->noisy);
     for (const Contender& contender : contenders) {
+      const Denoised denoised = contender.denoise(*pair, topology);
+      if (!request.pictures.empty()) {
+        draw(*pair, topology, denoised,
+             std::filesystem::path(request.pictures) / fmt::format("{}-{}.png", pair->name, contender.name));
+      }
       outcomes.push_back({pair->name, contender.name, pair->noise, pair->level == 0 && pair->noise != Noise::kMeasured,
-                          pair->original.triangles.size(), score(*pair, topology, contender.denoise(*pair, topology))});
+                          pair->original.triangles.size(), score(*pair, topology, denoised)});
       fmt::print(stderr, "{} {}: {:.2f} deg, {:.2f} s\n", pair->name, contender.name,
                  outcomes.back().scores.measured.mean_normal_error_deg, outcomes.back().scores.seconds);
     }
@@ -141,6 +177,7 @@ int main(int argc, char** argv) {
   app.add_option("--set", request.set, "development, held-out or short")->transform(CLI::Transformer(sets));
   app.add_option("--only", request.only, "pairs with this text in their name");
   app.add_option("--meshes", request.meshes, "folder of pairs with measured noise")->envname("CREASED_MESHES");
+  app.add_option("--pictures", request.pictures, "folder for pictures of original, noisy and result");
   app.add_option("--threads", request.threads, "of core's methods");
   app.add_option("methods", request.methods, "see tests/quality/contenders.h");
   CLI11_PARSE(app, argc, argv);

@@ -14,7 +14,7 @@ namespace crease::quality {
 /// whose width is the mean distance of adjacent centroids, and by a Gaussian of the difference of normals. Neighbours
 /// share a vertex. The vertices follow once, after the last iteration.
 struct BilateralNormalOptions {
-  double range_width = 0.45;   ///< σ_s, of the difference of unit normals
+  double range_width = 0.35;   ///< σ_s, of the difference of unit normals
   int normal_iterations = 20;  ///< 1 or more
   int vertex_iterations = 10;  ///< of the vertex update
 };
