@@ -124,28 +124,47 @@ Color shade(const Vec3& normal) {
   return {brightness, brightness, brightness};
 }
 
-}  // namespace
-
-void render(const Mesh& mesh, const std::vector<Line>& lines, const View& view, int size,
-            const std::filesystem::path& png) {
+std::vector<png_byte> draw(const Panel& panel, const View& view, int size) {
   const Camera camera(view, size * kSamples);
   Canvas canvas(size * kSamples);
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Vec3 &pa = mesh.positions[a], &pb = mesh.positions[b], &pc = mesh.positions[c];
+  for (const auto& [a, b, c] : panel.mesh.triangles) {
+    const Vec3 &pa = panel.mesh.positions[a], &pb = panel.mesh.positions[b], &pc = panel.mesh.positions[c];
     canvas.fill(camera.project(pa), camera.project(pb), camera.project(pc),
                 shade(camera.turned((pb - pa).cross(pc - pa).stableNormalized())));
   }
-  for (const Line& line : lines) {
+  for (const Line& line : panel.lines) {
     canvas.stroke(camera.project(line.from), camera.project(line.to), kLineWidth * kSamples, 3.0 * kSamples,
                   line.color);
   }
+  return canvas.pixels(kSamples);
+}
+
+}  // namespace
+
+void render_row(const std::vector<Panel>& panels, const View& view, int size, const std::filesystem::path& png) {
+  const auto row_bytes = static_cast<std::ptrdiff_t>(3 * size);
+  std::vector<std::vector<png_byte>> pictures;
+  for (const Panel& panel : panels) pictures.push_back(draw(panel, view, size));
+  std::vector<png_byte> bytes;
+  for (std::ptrdiff_t row = 0; row < size; ++row) {
+    for (const auto& picture : pictures) {
+      const auto start = picture.begin() + row * row_bytes;
+      bytes.insert(bytes.end(), start, start + row_bytes);
+    }
+  }
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
-  image.width = image.height = static_cast<png_uint_32>(size);
+  image.width = static_cast<png_uint_32>(size) * static_cast<png_uint_32>(panels.size());
+  image.height = static_cast<png_uint_32>(size);
   image.format = PNG_FORMAT_RGB;
-  if (png_image_write_to_file(&image, png.c_str(), 0, canvas.pixels(kSamples).data(), 0, nullptr) == 0) {
+  if (png_image_write_to_file(&image, png.c_str(), 0, bytes.data(), 0, nullptr) == 0) {
     throw std::runtime_error(png.string() + ": " + image.message);
   }
+}
+
+void render(const Mesh& mesh, const std::vector<Line>& lines, const View& view, int size,
+            const std::filesystem::path& png) {
+  render_row({{mesh, lines}}, view, size, png);
 }
 
 }  // namespace crease::quality

@@ -23,6 +23,16 @@ struct View {
   std::vector<Vec3> box;
 };
 
+/// A mesh of a picture and the lines on it.
+struct Panel {
+  const Mesh& mesh;
+  std::vector<Line> lines;
+};
+
+/// Draws meshes side by side in the same view, each as `render` does, into one PNG of `size` pixels height.
+/// \throw std::runtime_error when the file cannot be written
+void render_row(const std::vector<Panel>& panels, const View& view, int size, const std::filesystem::path& png);
+
 /// Draws a mesh, with each face in a shade of grey that depends on its normal and with the visible parts of the lines.
 /// Writes a PNG of `size` × `size` pixels.
 /// \throw std::runtime_error when the file cannot be written

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "core/mesh/mesh.h"
+
+namespace crease::quality {
+
+/// The kinds of noise of the pairs. The level is the standard deviation in mean edge lengths.
+enum class Noise {
+  kNormal,      ///< Gaussian along the vertex normal
+  kIsotropic,   ///< Gaussian on each coordinate
+  kImpulsive,   ///< Gaussian along the vertex normal, on a random half of the vertices
+  kGrowing,     ///< along the vertex normal; over the longest side of the mesh the deviation grows linearly, 1 : 8
+  kCorrelated,  ///< along the vertex normal, low-passed over several edges
+  kMeasured,    ///< came with the pair
+};
+
+constexpr std::array<std::string_view, 6> words_of(Noise) {
+  return {"normal", "isotropic", "impulsive", "growing", "correlated", "measured"};
+}
+
+/// The word for a kind.
+std::string_view word_of(Noise kind);
+
+/// `mesh` with noise of a kind other than kMeasured. The level of kGrowing is that in the middle of the mesh, that of
+/// kCorrelated the root mean square over the vertices. The same seed gives the same mesh.
+Mesh add_noise_of_kind(const Mesh& mesh, Noise kind, double level, std::uint64_t seed);
+
+}  // namespace crease::quality

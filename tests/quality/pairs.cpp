@@ -1,0 +1,192 @@
+#include "tests/quality/pairs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <stdexcept>
+
+#include "core/io/decode.h"
+#include "tests/quality/parts.h"
+#include "tests/support/meshes.h"
+
+namespace crease::quality {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kDevelopmentSeed = 1, kHeldOutSeed = 2;
+
+/// A model that is made here.
+struct MadeModel {
+  std::string name;
+  std::function<Mesh()> make;
+};
+
+const std::vector<MadeModel>& made_models() {
+  static const std::vector<MadeModel> models{
+      {"cut_box", [] { return cut_box(kRegular).mesh; }},
+      {"cut_box_irregular", [] { return cut_box(kIrregular).mesh; }},
+      {"cut_box_graded", [] { return cut_box(kGraded).mesh; }},
+      {"cut_box_slivers", [] { return cut_box(kSlivers).mesh; }},
+      {"cut_box_open", [] { return cut_box(kOpen).mesh; }},
+      {"bracket", [] { return bracket(kRegular).mesh; }},
+      {"bracket_irregular", [] { return bracket(kIrregular).mesh; }},
+      {"shaft", [] { return shaft(kRegular).mesh; }},
+      {"shaft_graded", [] { return shaft(kGraded).mesh; }},
+      {"shaft_slivers", [] { return shaft(kSlivers).mesh; }},
+      {"cone", [] { return cone(kRegular).mesh; }},
+      {"elbow", [] { return elbow(kRegular).mesh; }},
+      {"facets_16", [] { return prism(16, 1, 12).mesh; }},
+      {"wide_facets_16", [] { return prism(16, 4, 40).mesh; }},
+      {"channel", [] { return channel(kRegular).mesh; }},
+      {"channel_irregular", [] { return channel(kIrregular).mesh; }},
+      {"channel_slivers", [] { return channel(kSlivers).mesh; }},
+      {"spindle", [] { return spindle(kRegular).mesh; }},
+      {"spindle_graded", [] { return spindle(kGraded).mesh; }},
+      {"bullet", [] { return bullet(kRegular).mesh; }},
+      {"bullet_open", [] { return bullet(kOpen).mesh; }},
+      {"stepped_block", [] { return test::cad_part(6).mesh; }},
+      {"facets_18", [] { return prism(18, 1, 14).mesh; }},
+  };
+  return models;
+}
+
+struct Row {
+  std::string model, family;
+  std::vector<std::pair<Noise, double>> noises;
+};
+
+std::vector<PairRecipe> spell_out(const std::vector<Row>& rows, std::uint64_t seed) {
+  std::vector<PairRecipe> recipes;
+  for (const Row& row : rows) {
+    for (const auto& [noise, level] : row.noises) recipes.push_back({row.model, row.family, noise, level, seed});
+  }
+  return recipes;
+}
+
+using enum Noise;
+
+/// The first eight pairs are those of the table of goals.
+std::vector<PairRecipe> development_recipes() {
+  return spell_out(
+      {{"Fandisk0.3", "fandisk", {{kMeasured, 0.3}}},
+       {"Twelve0.5Impulsive", "twelve", {{kMeasured, 0.35}}},
+       {"Bunny0.2", "bunny", {{kMeasured, 0.2}}},
+       {"KinectPyramid", "pyramid", {{kMeasured, 0}}},
+       {"fandisk", "fandisk", {{kIsotropic, 0.5}}},
+       {"anchor_dense", "anchor", {{kNormal, 0.3}}},
+       {"rotor", "rotor", {{kNormal, 0.2}}},
+       {"elephant", "elephant", {{kNormal, 0.3}}},
+       {"fandisk",
+        "fandisk",
+        {{kNormal, 0},
+         {kNormal, 0.02},
+         {kNormal, 0.1},
+         {kNormal, 0.7},
+         {kImpulsive, 0.5},
+         {kGrowing, 0.2},
+         {kCorrelated, 0.2}}},
+       {"anchor_dense", "anchor", {{kIsotropic, 0.3}, {kGrowing, 0.3}}},
+       {"rotor_small", "rotor", {{kNormal, 0}, {kNormal, 0.3}}},
+       {"elephant", "elephant", {{kNormal, 0}, {kImpulsive, 0.3}}},
+       {"knot1", "knot", {{kNormal, 0}, {kNormal, 0.2}, {kGrowing, 0.2}}},
+       {"armadillo", "armadillo", {{kNormal, 0}, {kNormal, 0.2}, {kCorrelated, 0.3}}},
+       {"cylinder_locally_refined", "cylinder", {{kNormal, 0.2}}},
+       {"blade", "blade", {{kNormal, 0.2}}},
+       {"lion-head", "lion", {{kIsotropic, 0.2}}},
+       {"cow", "cow", {{kNormal, 0.1}}},
+       {"cut_box", "cut_box", {{kNormal, 0}, {kNormal, 0.2}, {kIsotropic, 0.3}, {kGrowing, 0.3}, {kCorrelated, 0.3}}},
+       {"cut_box_irregular", "cut_box", {{kNormal, 0.3}}},
+       {"cut_box_graded", "cut_box", {{kNormal, 0}, {kNormal, 0.2}}},
+       {"cut_box_slivers", "cut_box", {{kNormal, 0.1}, {kNormal, 0.3}}},
+       {"cut_box_open", "cut_box", {{kNormal, 0.3}}},
+       {"bracket", "bracket", {{kNormal, 0.2}, {kImpulsive, 0.5}}},
+       {"bracket_irregular", "bracket", {{kIsotropic, 0.3}}},
+       {"shaft", "shaft", {{kNormal, 0.3}}},
+       {"shaft_graded", "shaft", {{kNormal, 0.2}}},
+       {"shaft_slivers", "shaft", {{kNormal, 0.2}}},
+       {"cone", "cone", {{kNormal, 0.2}}},
+       {"elbow", "elbow", {{kNormal, 0}, {kNormal, 0.2}, {kNormal, 0.5}}},
+       {"facets_16", "facets_16", {{kNormal, 0}, {kNormal, 0.1}}},
+       {"wide_facets_16", "facets_16", {{kNormal, 0.2}}}},
+      kDevelopmentSeed);
+}
+
+std::vector<PairRecipe> held_out_recipes() {
+  return spell_out({{"turbine", "turbine", {{kNormal, 0.2}, {kIsotropic, 0.3}}},
+                    {"couplingdown", "coupling", {{kNormal, 0.2}}},
+                    {"spool", "spool", {{kNormal, 0.1}}},
+                    {"mech-holes-shark", "shark", {{kNormal, 0.3}, {kCorrelated, 0.2}}},
+                    {"handle", "handle", {{kNormal, 0.2}}},
+                    {"cheese", "cheese", {{kNormal, 0.3}}},
+                    {"camel", "camel", {{kNormal, 0}, {kNormal, 0.2}, {kGrowing, 0.2}}},
+                    {"triceratops", "triceratops", {{kIsotropic, 0.2}}},
+                    {"homer", "homer", {{kNormal, 0.3}, {kImpulsive, 0.3}}},
+                    {"femur", "femur", {{kNormal, 0.1}}},
+                    {"ChineseDragon-10kv", "dragon", {{kNormal, 0}, {kNormal, 0.2}}},
+                    {"diplodocus", "diplodocus", {{kCorrelated, 0.3}}},
+                    {"retinal", "retinal", {{kNormal, 0.5}}},
+                    {"channel", "channel", {{kNormal, 0}, {kNormal, 0.2}, {kIsotropic, 0.5}, {kCorrelated, 0.3}}},
+                    {"channel_irregular", "channel", {{kGrowing, 0.3}}},
+                    {"channel_slivers", "channel", {{kNormal, 0.2}}},
+                    {"spindle", "spindle", {{kNormal, 0.3}}},
+                    {"spindle_graded", "spindle", {{kNormal, 0.2}}},
+                    {"bullet", "bullet", {{kNormal, 0}, {kNormal, 0.2}}},
+                    {"bullet_open", "bullet", {{kIsotropic, 0.2}}},
+                    {"stepped_block", "stepped_block", {{kNormal, 0}, {kNormal, 0.3}, {kImpulsive, 0.5}}},
+                    {"facets_18", "facets_18", {{kNormal, 0.1}}}},
+                   kHeldOutSeed);
+}
+
+std::vector<PairRecipe> short_recipes() {
+  return spell_out({{"cut_box", "cut_box", {{kNormal, 0}, {kNormal, 0.3}}},
+                    {"bracket_irregular", "bracket", {{kIsotropic, 0.3}}},
+                    {"shaft", "shaft", {{kImpulsive, 0.5}}},
+                    {"facets_16", "facets_16", {{kNormal, 0.1}}}},
+                   kDevelopmentSeed);
+}
+
+std::optional<Mesh> load_mesh(const fs::path& path) {
+  if (!fs::exists(path)) return std::nullopt;
+  return decode_mesh(test::read_file(path), format_from_filename(path.string())).mesh;
+}
+
+std::optional<Mesh> original_of(const std::string& model) {
+  const auto made = std::ranges::find(made_models(), model, &MadeModel::name);
+  if (made != made_models().end()) return made->make();
+  const auto path = test::cgal_mesh(model + ".off");
+  return path ? load_mesh(*path) : std::nullopt;
+}
+
+}  // namespace
+
+std::string PairRecipe::name() const {
+  return noise == Noise::kMeasured ? model : fmt::format("{}-{}-{}", model, word_of(noise), level);
+}
+
+std::vector<PairRecipe> recipes_of(PairSet set) {
+  switch (set) {
+    case PairSet::kDevelopment:
+      return development_recipes();
+    case PairSet::kHeldOut:
+      return held_out_recipes();
+    case PairSet::kShort:
+      return short_recipes();
+  }
+  throw std::invalid_argument("no such set of pairs");
+}
+
+std::optional<Pair> build_pair(const PairRecipe& recipe, const fs::path& folder) {
+  Pair pair{recipe.name(), recipe.noise, recipe.level, {}, {}};
+  const bool measured = recipe.noise == Noise::kMeasured;
+  if (measured && folder.empty()) return std::nullopt;
+  auto original = measured ? load_mesh(folder / recipe.model / "original.obj") : original_of(recipe.model);
+  auto noisy = measured ? load_mesh(folder / recipe.model / "noisy.obj") : std::nullopt;
+  if (!original || (measured && !noisy)) return std::nullopt;
+  pair.noisy = measured ? *std::move(noisy) : add_noise_of_kind(*original, recipe.noise, recipe.level, recipe.seed);
+  pair.original = *std::move(original);
+  return pair;
+}
+
+}  // namespace crease::quality
