@@ -138,7 +138,8 @@ std::vector<double> sharp_edges(const Mesh& mesh, const Topology& topology, doub
 
 void figure3(const std::filesystem::path& directory) {
   Figure figure = fandisk(3, directory);
-  const MrfOptions options;
+  MrfOptions options;
+  options.solver = Solver::kMetropolis;
   figure.add("noisy", "noisy, labelled by the dihedral angle alone",
              {figure.noisy(), sharp_edges(figure.noisy(), figure.topology(), options.sharpness_threshold)});
   figure.add("smooth", "smoothed, with its ridge labels", figure.smoothed(options));
@@ -152,10 +153,12 @@ void figure4(const std::filesystem::path& directory) {
   figure.add("noisy", "noisy", {figure.noisy(), {}});
   figure.add("fuzzy-vector-median", "fuzzy vector median", {figure.smoothed(FuzzyVectorMedianOptions{}).mesh, {}});
   MrfOptions square_root;
+  square_root.solver = Solver::kMetropolis;
   square_root.smoothness = Smoothness::kSquareRoot;
   square_root.edge_process = false;
   figure.add("square-root", "square-root potential, no labels", {figure.smoothed(square_root).mesh, {}});
   MrfOptions labels;
+  labels.solver = Solver::kMetropolis;
   labels.sharpness_threshold = 28 / kDegrees;
   figure.add("quadratic", "quadratic potential with labels", figure.smoothed(labels));
   figure.write("feature-preserving methods",
@@ -168,6 +171,7 @@ void figure5(const std::filesystem::path& directory) {
   figure.add("noisy", "noisy", {figure.noisy(), {}});
   figure.add("all", "all ridges kept", figure.smoothed({}));
   MrfOptions convex;
+  convex.solver = Solver::kMetropolis;
   convex.ridge_kind = RidgeKind::kConvex;
   const Result clamped = figure.smoothed(convex);
   figure.add("convex", "ridge_kind=convex", clamped);
@@ -205,6 +209,7 @@ void figure6(const std::filesystem::path& directory) {
   const Mesh cube = test::cube(12);
   Figure figure(6, cube, add_noise(cube, 0.2, 1, NoiseKind::kGaussian), {-25, 35, {}}, directory);
   MrfOptions options;
+  options.solver = Solver::kMetropolis;
   options.process = Process::kFace;
   const double length = 0.05;
   figure.add("noisy", "noisy cube, its normals and its sharp edges",

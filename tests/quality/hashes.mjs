@@ -21,22 +21,12 @@ const meshes = process.env.CREASED_HASH_MESHES ?? join(scratch, 'meshes');
 const mrf = [
   [],
   ['process=vertex'], ['process=face'],
-  ['solver=mean_field'], ['solver=mean_field', 'process=vertex'], ['solver=mean_field', 'process=face'],
-  ...['huber', 'anisotropic', 'volume'].flatMap((kind) => [
-    [`likelihood=${kind}`, 'process=vertex'],
-    [`likelihood=${kind}`, 'process=vertex', 'solver=mean_field'],
-  ]),
+  ...['huber', 'anisotropic', 'volume'].map((kind) => [`likelihood=${kind}`, 'process=vertex']),
   ['likelihood=anisotropic', 'scan_direction_z=1', 'process=vertex'],
-  ...['square_root', 'huber', 'truncated'].flatMap((shape) => [
-    [`smoothness=${shape}`],
-    [`smoothness=${shape}`, 'solver=mean_field'],
-  ]),
-  ...['curvature_weight=0.5', 'ridge_line_weight=0.5'].flatMap((term) => [
-    [term, 'process=vertex'],
-    [term, 'process=vertex', 'solver=mean_field'],
-  ]),
+  ...['square_root', 'huber', 'truncated'].map((shape) => [`smoothness=${shape}`]),
+  ...['curvature_weight=0.5', 'ridge_line_weight=0.5'].map((term) => [term, 'process=vertex']),
   ['continuity_weight=0.5'],
-  ['corner_weight=0.5'], ['corner_weight=0.5', 'solver=mean_field'],
+  ['corner_weight=0.5'],
   ['ridge_kind=convex'], ['ridge_kind=concave'], ['sharpness_limit_deg=60'],
   ['edge_process=false'], ['support_weight=0'], ['seed=2', 'threads=2'],
 ].map((parameters) => ['method=mrf', 'sweeps=12', 'rounds=2', ...parameters]);

@@ -53,7 +53,8 @@ double error_ratio(const Mesh& original) {
     double least = 180;
     for (const double weight : {0.1, 0.3, 1.0, 3.0}) {
       MrfOptions options;
-      options.solver = Solver::kMeanField;
+      options.solver = Solver::kMetropolis;
+      options.conjugate_gradients = true;
       options.sweeps = 400;
       options.edge_process = false;
       options.likelihood_weight = options.likelihood_weight_start = weight;
@@ -92,6 +93,7 @@ TEST(CurvatureClamping, KeepsTheRidgesOfOneKindAndSmoothsTheOthersAway) {
   const Topology topology = build_topology(noisy);
   for (const RidgeKind kind : {RidgeKind::kConvex, RidgeKind::kConcave}) {
     MrfOptions options;
+    options.solver = Solver::kMetropolis;
     options.ridge_kind = kind;
     RunContext context;
     Mesh mesh = noisy;
@@ -114,6 +116,7 @@ TEST(RobustLikelihood, LetsOutliersGo) {
   for (std::size_t v = 0; v < noisy.positions.size(); v += 50) noisy.positions[v] *= 1.25;
   const auto error = [&](LikelihoodKind kind) {
     MrfOptions options;
+    options.solver = Solver::kMetropolis;
     options.process = Process::kVertex;
     options.edge_process = false;
     options.likelihood = kind;
@@ -133,6 +136,7 @@ TEST(VolumeLikelihood, KeepsTheVolumeOfACube) {
   const Topology topology = build_topology(noisy);
   const auto change = [&](LikelihoodKind kind) {
     MrfOptions options;
+    options.solver = Solver::kMetropolis;
     options.process = Process::kVertex;
     options.edge_process = false;
     options.likelihood = kind;

@@ -51,6 +51,7 @@ Measurement smooth_and_measure(const Pair& pair, const MrfOptions& options) {
 /// is, it too reaches a low normal error, but it moves the surface much further from where it was.
 void expect_labels_to_beat_the_square_root(const Pair& pair, const Measurement& ours) {
   MrfOptions options;
+  options.solver = Solver::kMetropolis;
   options.smoothness = Smoothness::kSquareRoot;
   options.edge_process = false;
   const Measurement alone = smooth_and_measure(pair, options);

@@ -105,7 +105,7 @@ std::string sweeps(int count) {
 }
 
 const std::vector<std::string> kRuns = {sweeps(900) + "&threads=1", sweeps(400) + "&process=face&threads=2",
-                                        sweeps(300) + "&process=both&solver=mean_field",
+                                        sweeps(300) + "&process=both&curvature_weight=0.2",
                                         sweeps(700) + "&process=vertex"};
 
 std::vector<Outcome> undisturbed() {

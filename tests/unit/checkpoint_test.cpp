@@ -14,10 +14,10 @@ namespace {
 
 constexpr std::uint32_t kSweeps = 24;
 
-MrfOptions options_of(Process process, Solver solver) {
+MrfOptions options_of(Process process) {
   MrfOptions options;
   options.process = process;
-  options.solver = solver;
+  options.solver = Solver::kMetropolis;
   options.sweeps = kSweeps;
   options.rounds = 3;
   return options;
@@ -32,24 +32,26 @@ std::vector<Variant> variants() {
   std::vector<Variant> all;
   for (const auto& [process, process_name] :
        {std::pair{Process::kVertex, "vertex"}, {Process::kFace, "face"}, {Process::kBoth, "both"}}) {
-    for (const auto& [solver, solver_name] :
-         {std::pair{Solver::kMetropolis, " metropolis"}, {Solver::kMeanField, " mean_field"}}) {
-      all.push_back({std::string(process_name) + solver_name, options_of(process, solver)});
-    }
+    all.push_back({process_name, options_of(process)});
   }
-  MrfOptions rich = options_of(Process::kBoth, Solver::kMetropolis);
+  MrfOptions rich = options_of(Process::kBoth);
   rich.likelihood = LikelihoodKind::kAnisotropic;
   rich.curvature_weight = 0.3;
   rich.continuity_weight = 0.2;
   rich.ridge_line_weight = 0.2;
   rich.corner_weight = 0.3;
   all.push_back({"every term", rich});
-  MrfOptions volume = options_of(Process::kVertex, Solver::kMeanField);
+  MrfOptions volume = options_of(Process::kVertex);
   volume.likelihood = LikelihoodKind::kVolume;
   all.push_back({"volume", volume});
-  MrfOptions unlabelled = options_of(Process::kBoth, Solver::kMetropolis);
+  MrfOptions unlabelled = options_of(Process::kBoth);
   unlabelled.edge_process = false;
   all.push_back({"no edge process", unlabelled});
+  MrfOptions downhill = unlabelled;
+  downhill.process = Process::kVertex;
+  downhill.conjugate_gradients = true;
+  all.push_back({"conjugate gradients", downhill});
+  all.push_back({"automatic", {}});
   return all;
 }
 
@@ -125,7 +127,7 @@ TEST(Checkpoint, ARunMayBeInterruptedManyTimes) {
 
 TEST(Checkpoint, CompletedSweepsAreNotRepeated) {
   std::string checkpoint;
-  run_until(10, options_of(Process::kBoth, Solver::kMetropolis), checkpoint);
+  run_until(10, options_of(Process::kBoth), checkpoint);
   RunContext again;
   again.checkpoint = checkpoint;
   std::vector<std::uint32_t> sweeps;
@@ -133,13 +135,13 @@ TEST(Checkpoint, CompletedSweepsAreNotRepeated) {
     sweeps.push_back(view.record.sweep);
     return true;
   };
-  run(noisy_cube(), options_of(Process::kBoth, Solver::kMetropolis), again);
+  run(noisy_cube(), options_of(Process::kBoth), again);
   ASSERT_EQ(sweeps.size(), kSweeps - 10);
   EXPECT_EQ(sweeps.front(), 11U);
 }
 
 TEST(Checkpoint, ACheckpointOfAnotherRunIsRefused) {
-  const MrfOptions options = options_of(Process::kBoth, Solver::kMetropolis);
+  const MrfOptions options = options_of(Process::kBoth);
   std::string checkpoint;
   run_until(20, options, checkpoint);
   const auto refused = [&](const Mesh& mesh, const MrfOptions& of_run, const std::string& bytes) {
@@ -149,8 +151,7 @@ TEST(Checkpoint, ACheckpointOfAnotherRunIsRefused) {
   };
   refused(test::cube(4), options, checkpoint);
   refused(test::icosphere(2), options, checkpoint);
-  refused(noisy_cube(), options_of(Process::kBoth, Solver::kMeanField), checkpoint);
-  refused(noisy_cube(), options_of(Process::kFace, Solver::kMetropolis), checkpoint);
+  refused(noisy_cube(), options_of(Process::kFace), checkpoint);
   MrfOptions fewer = options;
   fewer.sweeps = 10;
   refused(noisy_cube(), fewer, checkpoint);
@@ -158,7 +159,7 @@ TEST(Checkpoint, ACheckpointOfAnotherRunIsRefused) {
 }
 
 TEST(Checkpoint, ADamagedCheckpointIsRefusedOrCompletesARun) {
-  const MrfOptions options = options_of(Process::kBoth, Solver::kMetropolis);
+  const MrfOptions options = options_of(Process::kBoth);
   std::string checkpoint;
   run_until(kSweeps - 1, options, checkpoint);
   for (std::size_t length = 1; length < checkpoint.size(); length += 1 + checkpoint.size() / 97) {

@@ -102,11 +102,17 @@ TEST(FactsMessages, PreserveEveryFact) {
                            .max_displacement = 6,
                            .rms_displacement = 7,
                            .volume_change = 8,
-                           .seconds = 9};
+                           .seconds = 9,
+                           .choice = {}};
   const v1::ResultFacts message = to_message(result);
   EXPECT_EQ(message.ridge_lines(), 3U);
   EXPECT_EQ(to_message(from_message(message)).SerializeAsString(), message.SerializeAsString());
-  EXPECT_EQ(static_cast<int>(to_json(message).size()), v1::ResultFacts::descriptor()->field_count());
+  ResultFacts chosen = result;
+  chosen.choice.emplace().candidates.emplace_back().family = "flats";
+  const v1::ResultFacts with_choice = to_message(chosen);
+  EXPECT_EQ(static_cast<int>(to_json(with_choice).size()), v1::ResultFacts::descriptor()->field_count());
+  EXPECT_EQ(static_cast<int>(to_json(with_choice)["choice"].size()), v1::Choice::descriptor()->field_count());
+  EXPECT_EQ(with_choice.choice().candidates(0).surface(), "flats");
 }
 
 TEST(WarningMessages, AreAddedOnce) {

@@ -44,26 +44,6 @@ TEST(FaceProcess, ANormalsDeltaIsTheDifferenceOfTheFullEnergies) {
   }
 }
 
-TEST(FaceProcess, MeanFieldNeverRaisesTheEnergy) {
-  const Mesh mesh = add_noise(test::icosphere(3), 0.2, 1, NoiseKind::kGaussian);
-  const Topology topology = build_topology(mesh);
-  const Schedule schedule = schedule_faces(mesh);
-  for (const Smoothness shape : {Smoothness::kQuadratic, Smoothness::kHuber, Smoothness::kTruncated}) {
-    test::FieldWithEnergy state(test::shaken_field(mesh, topology, 5), options_with(shape));
-    ThreadTeam& alone = state.alone;
-    FaceProcess process(state.field, state.terms, 0.4, 0.6);
-    process.measure(alone);
-    process.labels_changed(alone);
-    double energy = process.likelihood(alone) + process.smoothness(alone);
-    for (int pass = 0; pass < 10; ++pass) {
-      process.relax(schedule, alone);
-      const double after = process.likelihood(alone) + process.smoothness(alone);
-      EXPECT_LE(after, energy + 1e-4);
-      energy = after;
-    }
-  }
-}
-
 TEST(FaceProcess, FacesAcrossACornerAreCoupledByTheBetterWayRound) {
   const Mesh mesh = test::icosphere(0);  // five faces round every vertex
   const Topology topology = build_topology(mesh);
@@ -119,14 +99,12 @@ TEST(Process, EachSmoothsANoisyCubeAndFindsItsRidges) {
   const Mesh noisy = add_noise(original, 0.2, 1, NoiseKind::kGaussian);
   const double before = measure(original, noisy).mean_normal_error_deg;
   for (const Process process : {Process::kVertex, Process::kFace, Process::kBoth}) {
-    for (const Solver solver : {Solver::kMetropolis, Solver::kMeanField}) {
-      MrfOptions options;
-      options.process = process;
-      options.solver = solver;
-      const Measurement after = test::measure_smoothed(noisy, original, options);
-      EXPECT_LT(after.mean_normal_error_deg, 0.3 * before) << static_cast<int>(process) << static_cast<int>(solver);
-      EXPECT_GT(after.labels->f1, 0.8) << static_cast<int>(process) << static_cast<int>(solver);
-    }
+    MrfOptions options;
+    options.solver = Solver::kMetropolis;
+    options.process = process;
+    const Measurement after = test::measure_smoothed(noisy, original, options);
+    EXPECT_LT(after.mean_normal_error_deg, 0.3 * before) << static_cast<int>(process);
+    EXPECT_GT(after.labels->f1, 0.8) << static_cast<int>(process);
   }
 }
 
@@ -134,19 +112,17 @@ TEST(Process, AnyNumberOfThreadsGivesTheSameBits) {
   const Mesh noisy = add_noise(test::icosphere(4), 0.2, 1, NoiseKind::kGaussian);
   const Topology topology = build_topology(noisy);
   for (const Process process : {Process::kFace, Process::kBoth}) {
-    for (const Solver solver : {Solver::kMetropolis, Solver::kMeanField}) {
-      std::vector<SmoothResult> results;
-      for (const std::uint32_t threads : {1U, 3U}) {
-        MrfOptions options;
-        options.process = process;
-        options.solver = solver;
-        options.sweeps = 20;
-        RunContext context;
-        results.push_back(smooth(noisy, topology, {options, threads}, context));
-      }
-      EXPECT_EQ(results[0].positions, results[1].positions);
-      EXPECT_EQ(results[0].labels, results[1].labels);
+    std::vector<SmoothResult> results;
+    for (const std::uint32_t threads : {1U, 3U}) {
+      MrfOptions options;
+      options.solver = Solver::kMetropolis;
+      options.process = process;
+      options.sweeps = 20;
+      RunContext context;
+      results.push_back(smooth(noisy, topology, {options, threads}, context));
     }
+    EXPECT_EQ(results[0].positions, results[1].positions);
+    EXPECT_EQ(results[0].labels, results[1].labels);
   }
 }
 

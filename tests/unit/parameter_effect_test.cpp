@@ -23,43 +23,45 @@ struct Effect {
 };
 
 const std::vector<Assignments> kFace = {{"process=face", "rounds=2"}, {"process=both", "rounds=2"}};
-const std::vector<Assignments> kBothSolvers = {{"solver=metropolis"}, {"solver=mean_field"}};
-
 const std::vector<Effect> kEffects = {
     {"method", "taubin"},
     {"process", "face"},
-    {"solver", "mean_field", {{"process=vertex"}, {"process=face"}}},
-    {"sweeps", "21", kBothSolvers},
-    {"seed", "2"},
-    {"likelihood", "huber", kBothSolvers},
-    {"likelihood_weight", "0.5", kBothSolvers},
-    {"likelihood_weight_start", "1", kBothSolvers},
+    {"solver", "descent"},
+    {"sweeps", "21"},
+    {"seed", "2", {{}, {"solver=descent"}}},
+    {"strength", "2", {{"solver=descent"}}},
+    {"noise", "isotropic", {{"solver=descent"}}},
+    {"noise_sigma", "0.5", {{"solver=descent"}}},
+    {"surface", "flats", {{"solver=descent"}}},
+    {"likelihood", "huber"},
+    {"likelihood_weight", "0.5"},
+    {"likelihood_weight_start", "1"},
     {"likelihood_width", "0.01", {{"likelihood=huber"}}},
     {"scan_direction_x", "1", {{"likelihood=anisotropic"}}},
     {"scan_direction_y", "1", {{"likelihood=anisotropic"}}},
     {"scan_direction_z", "1", {{"likelihood=anisotropic"}}},
     {"likelihood_across", "2", {{"likelihood=anisotropic"}}},
     {"volume_weight", "5", {{"likelihood=volume"}}},
-    {"smoothness", "square_root", kBothSolvers},
-    {"smoothness_weight", "2", kBothSolvers},
+    {"smoothness", "square_root"},
+    {"smoothness_weight", "2"},
     {"smoothness_width_deg", "5", {{"smoothness=huber"}, {"smoothness=truncated"}}},
-    {"curvature_weight", "0.5", kBothSolvers},
-    {"edge_process", "false", kBothSolvers},
-    {"sharpness_threshold_deg", "30", kBothSolvers},
-    {"sharpness_weight", "1.2", kBothSolvers},
-    {"support_weight", "0", kBothSolvers},
-    {"ridge_kind", "convex", kBothSolvers},
-    {"sharpness_limit_deg", "60", kBothSolvers},
-    {"continuity_weight", "1", kBothSolvers},
-    {"ridge_line_weight", "1", kBothSolvers},
+    {"curvature_weight", "0.5"},
+    {"edge_process", "false"},
+    {"sharpness_threshold_deg", "30"},
+    {"sharpness_weight", "1.2"},
+    {"support_weight", "0"},
+    {"ridge_kind", "convex"},
+    {"sharpness_limit_deg", "60"},
+    {"continuity_weight", "1"},
+    {"ridge_line_weight", "1"},
     {"rounds", "3", kFace},
     {"fit_steps", "5", kFace},
     {"normal_weight", "0.5", kFace},
     {"corner_weight", "0.5", kFace},
     {"normal_temperature_start", "0.1", kFace},
     {"normal_temperature_end", "0.005", kFace},
-    {"label_temperature_start", "1", kBothSolvers},
-    {"label_temperature_end", "0.1", kBothSolvers},
+    {"label_temperature_start", "1"},
+    {"label_temperature_end", "0.1"},
     {"vertex_temperature_start", "0.5"},
     {"vertex_temperature_end", "0.01"},
     {"step_size", "0.05", {{"process=vertex"}, {"process=face"}}},
@@ -166,9 +168,9 @@ TEST(ParameterEffect, EveryWordOfAParameterGivesADifferentResult) {
 }
 
 TEST(ParameterEffect, AParameterThatIsNotUsedWouldChangeNothing) {
-  const std::vector<ParameterValues> contexts = {{{"process", "vertex"}},    {{"process", "face"}},
-                                                 {{"solver", "mean_field"}}, {{"edge_process", false}},
-                                                 {{"likelihood", "huber"}},  {{"smoothness", "truncated"}}};
+  const std::vector<ParameterValues> contexts = {{{"process", "vertex"}},   {{"process", "face"}},
+                                                 {{"solver", "descent"}},   {{"edge_process", false}},
+                                                 {{"likelihood", "huber"}}, {{"smoothness", "truncated"}}};
   for (ParameterValues context : contexts) {
     SCOPED_TRACE(context.begin()->first + "=" + text_of(context.begin()->second));
     context.emplace("sweeps", 20U);
@@ -188,8 +190,7 @@ TEST(ParameterEffect, AParameterThatIsNotUsedWouldChangeNothing) {
 }
 
 TEST(ParameterEffect, ThreadsChangeNothing) {
-  for (const Assignments& context :
-       {Assignments{}, {"process=face"}, {"process=both", "solver=mean_field"}, {"method=diebel"}}) {
+  for (const Assignments& context : {Assignments{}, {"process=face"}, {"solver=descent"}, {"method=diebel"}}) {
     Assignments one = context, three = context;
     one.emplace_back("threads=1");
     three.emplace_back("threads=3");

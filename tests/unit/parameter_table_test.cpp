@@ -207,17 +207,17 @@ TEST(Resolve, ListsTheOptionsOfTheMethodAlone) {
 TEST(Resolve, WarnsOfWhatIsNotUsed) {
   std::vector<Warning> warnings;
   const v1::Parameters given =
-      parameters_of({{"likelihood_width", "0.5"}, {"passband", "0.2"}, {"solver", "mean_field"}, {"seed", "3"}});
+      parameters_of({{"likelihood_width", "0.5"}, {"passband", "0.2"}, {"solver", "descent"}, {"sweeps", "3"}});
   const v1::Parameters resolved = resolve(given, &warnings);
   ASSERT_EQ(warnings.size(), 3U);
   for (const Warning& warning : warnings) EXPECT_EQ(warning.code, "parameter_not_used");
   EXPECT_EQ(warnings[0].detail,
-            "parameter 'seed' is '3' and is not used: it matters only with method=mrf, "
+            "parameter 'sweeps' is '3' and is not used: it matters only with method=mrf, "
             "solver=metropolis");
   EXPECT_THAT(warnings[1].detail, testing::HasSubstr("'likelihood_width' is '0.5'"));
   EXPECT_THAT(warnings[1].detail, testing::HasSubstr("likelihood=huber"));
   EXPECT_THAT(warnings[2].detail, testing::HasSubstr("method=taubin"));
-  EXPECT_FALSE(resolved.has_seed());
+  EXPECT_FALSE(resolved.has_sweeps());
   EXPECT_FALSE(resolved.has_passband());
 
   warnings.clear();

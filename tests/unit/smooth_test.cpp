@@ -14,6 +14,7 @@ namespace {
 
 MrfOptions short_run(std::uint32_t sweeps = 20) {
   MrfOptions options;
+  options.solver = Solver::kMetropolis;
   options.sweeps = sweeps;
   options.process = Process::kVertex;
   return options;
@@ -104,6 +105,7 @@ TEST(Smooth, FindsTheRidgesOfANoisyCube) {
   const Topology topology = build_topology(noisy);
   RunContext context;
   MrfOptions options;
+  options.solver = Solver::kMetropolis;
   const SmoothResult result = smooth(noisy, topology, {options}, context);
   Mesh smoothed = cube;
   smoothed.positions = result.positions;

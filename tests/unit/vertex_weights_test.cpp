@@ -241,6 +241,7 @@ std::string uneven_cube() {
 
 JobOutput smoothed(const CheckedInput& input) {
   MrfOptions options;
+  options.solver = Solver::kMetropolis;
   options.sweeps = 60;
   options.process = Process::kVertex;
   RunContext context;
