@@ -55,6 +55,18 @@ std::vector<float> random_signs(std::size_t count, std::uint32_t seed) {
   return signs;
 }
 
+FlatVectors probed_positions(const FlatMesh& mesh, std::span<const float> normals, std::span<const float> precisions,
+                             std::span<const float> signs, float step) {
+  FlatVectors probed = mesh.measured;
+  const std::size_t count = mesh.vertex_count;
+  for (std::size_t v = 0; v < count; ++v) {
+    const float precision = precisions.empty() ? 1 : precisions[v];
+    const float move = precision > 0 ? step * signs[v] / std::sqrt(precision) : 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) probed[axis * count + v] += move * normals[axis * count + v];
+  }
+  return probed;
+}
+
 void score_residuals(Candidate& candidate, const FlatMesh& mesh, std::span<const float> measured,
                      std::span<const float> precisions, bool leave_out_border) {
   candidate.residuals = products(difference(candidate.result.positions, measured), candidate.result.vertex_normals);

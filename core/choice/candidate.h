@@ -53,6 +53,10 @@ struct ProbeView {
   bool leave_out_border = false;
 };
 
+/// The measured positions moved by `step` · signs along the normals, less where the precision is larger.
+FlatVectors probed_positions(const FlatMesh& mesh, std::span<const float> normals, std::span<const float> precisions,
+                             std::span<const float> signs, float step);
+
 /// Sets `residuals` and `residual` from the result.
 void score_residuals(Candidate& candidate, const FlatMesh& mesh, std::span<const float> measured,
                      std::span<const float> precisions, bool leave_out_border);

@@ -6,9 +6,10 @@
 #include <memory>
 #include <utility>
 
+#include "core/choice/blend.h"
 #include "core/choice/families.h"
+#include "core/choice/first_sight.h"
 #include "core/choice/noise_field.h"
-#include "core/choice/noise_level.h"
 #include "core/choice/patches.h"
 
 namespace crease {
@@ -18,10 +19,7 @@ constexpr std::size_t kMostFaces = 24'000;  ///< beyond, candidates are tried on
 constexpr std::size_t kPatchFaces = 12'000;
 constexpr std::size_t kMostFacesToBlend = 150'000;
 constexpr std::size_t kMostFacesForAngles = 60'000;
-constexpr double kHeavyNoise = 0.33;  ///< σ from which on the short schedule of the trials is too short
-constexpr int kTrialStages = 5, kTrialSteps = 30;
 constexpr double kFamilyWindow = 0.06, kOrganicWindow = 0.2;  ///< how near a family must come to be looked into
-constexpr float kBlendTemperature = 0.03F;
 
 bool same_setting(const Candidate& a, const Candidate& b) { return a.is(b.family) && a.weight == b.weight; }
 
@@ -34,48 +32,26 @@ class Choice {
         given_precisions_(precisions),
         options_(options),
         solve_(solve),
-        report_(report) {}
+        report_(report),
+        sight_(look_at(surface, options.noise_sigma, options.noise_direction)),
+        variance_(sight_.variance) {
+    report_.noise_sigma_first = sight_.sigma;
+    report_.direction = sight_.direction;
+  }
 
   ChoiceResult run() {
-    judge_noise();
     prepare_patches();
     try_families();
     find_varying_noise();
     std::size_t chosen = best();
     report_.impulsive =
-        candidates_[chosen].result.latent.impulsive && (report_.varying || variance_ > 0.7 * first_variance_);
-    if (candidates_[chosen].result.latent.impulsive && !report_.impulsive) base_.latent_variance = false;
+        candidates_[chosen].result.latent.impulsive && (report_.varying || variance_ > 0.7 * sight_.variance);
+    if (candidates_[chosen].result.latent.impulsive && !report_.impulsive) sight_.base.latent_variance = false;
     chosen = report_.impulsive ? best_by_deviance() : refine(chosen);
     return finish(chosen);
   }
 
  private:
-  // --- the noise at first sight ---
-
-  void judge_noise() {
-    const NoiseLevel level = estimate_noise_level(surface_);
-    const double sigma = options_.noise_sigma.value_or(level.sigma);
-    const double ratio = level.sigma_tangential / std::max(1e-9, level.sigma);
-    const double folded = level.folded_share, tangential = level.sigma_tangential;
-    report_.noise_sigma_first = sigma;
-    report_.direction = options_.noise_direction.value_or(ratio > 0.72 && folded > 0.6 * tangential * tangential
-                                                              ? NoiseDirection::kIsotropic
-                                                          : ratio > 0.6 ? NoiseDirection::kUnsure
-                                                                        : NoiseDirection::kNormal);
-    regular_ = folded < 0.02;
-    isotropic_ = report_.direction == NoiseDirection::kIsotropic;
-    first_variance_ = variance_ = std::max(1e-6, sigma * sigma);
-    base_.across = isotropic_                                     ? (tangential > 0.22 ? 0.3F : 0.5F)
-                   : report_.direction == NoiseDirection::kUnsure ? 2.0F
-                                                                  : 16.0F;
-    base_.across_start = std::min(regular_ ? 6.0F : 3.0F, base_.across);
-    base_.fading_area_start = regular_ ? 0.4F : 0.3F;
-    if (isotropic_) base_.fold_weight = 10;
-    if (isotropic_ && tangential > 0.3) base_.fold_area = 0.5F;
-    ramp_ = isotropic_ || !regular_ ? 1 : 2;
-    short_trials_ = sigma <= kHeavyNoise;
-  }
-
   // --- where candidates are tried ---
 
   void prepare_patches() {
@@ -100,16 +76,8 @@ class Choice {
   // --- candidates ---
 
   GraduatedOptions setting(const PotentialFamily& family, double weight, double variance, bool trial) const {
-    GraduatedOptions options = base_;
-    options.family = family;
-    options.family.ramp = family.name == kCreases.name ? ramp_ : family.name == kCurvedCreases.name ? ramp_ * ramp_ : 1;
-    options.weight = static_cast<float>(trial ? weight : weight / (options_.strength * options_.strength));
-    options.variance = static_cast<float>(variance);
-    if (trial && short_trials_) {
-      options.stages = kTrialStages;
-      options.steps = kTrialSteps;
-    }
-    return options;
+    const double strength = trial ? 1 : options_.strength;
+    return sight_.options(family, weight / (strength * strength), variance, trial);
   }
 
   /// Solves a candidate on `mesh`, and again for a probe unless its residuals rule it out.
@@ -129,22 +97,10 @@ class Choice {
       return candidate;
     }
     const float step = 0.1F * static_cast<float>(std::sqrt(variance_));
-    const FlatVectors probed = probe(mesh, candidate.result.vertex_normals, precisions, signs, step);
+    const FlatVectors probed = probed_positions(mesh, candidate.result.vertex_normals, precisions, signs, step);
     const GraduatedResult response = solve_({mesh, probed, options, precisions, candidate.result.latent.precision});
     score_responses(candidate, {mesh, mesh.measured, response.positions, signs, precisions, step, leave_out_border});
     return candidate;
-  }
-
-  static FlatVectors probe(const FlatMesh& mesh, std::span<const float> normals, std::span<const float> precisions,
-                           std::span<const float> signs, float step) {
-    FlatVectors probed = mesh.measured;
-    const std::size_t count = mesh.vertex_count;
-    for (std::size_t v = 0; v < count; ++v) {
-      const float precision = precisions.empty() ? 1 : precisions[v];
-      const float move = precision > 0 ? step * signs[v] / std::sqrt(precision) : 0;
-      for (std::size_t axis = 0; axis < 3; ++axis) probed[axis * count + v] += move * normals[axis * count + v];
-    }
-    return probed;
   }
 
   /// Tries a candidate where all others were tried. Without `force` it is dropped when it is hopeless.
@@ -186,8 +142,8 @@ class Choice {
   /// The risk in noise variances, with a little against families that gain by it what they should not on near ties.
   double score(const Candidate& candidate, double lowest) const {
     double prior = 0;
-    if (candidate.is(kFlats) || candidate.is(kSoftCreases)) prior = regular_ || isotropic_ ? 0.04 : 0.03;
-    if (candidate.is(kCreases)) prior = !regular_ && !isotropic_ ? 0.01 : lowest > 0.2 ? 0.03 : 0;
+    if (candidate.is(kFlats) || candidate.is(kSoftCreases)) prior = sight_.regular || sight_.isotropic ? 0.04 : 0.03;
+    if (candidate.is(kCreases)) prior = !sight_.regular && !sight_.isotropic ? 0.01 : lowest > 0.2 ? 0.03 : 0;
     if (candidate.is(kCurvedCreases)) prior = 0.01;
     if (candidate.is(kOrganic)) prior = lowest < 0.2 ? 0.02 : 0;
     return candidate.risk(variance_) / variance_ + prior;
@@ -355,7 +311,6 @@ class Choice {
     result.positions = solved(chosen).positions;
     if (used.size() > 1) blend(used, chosen, solved, result.positions);
     for (const std::size_t i : used) report_.blended.emplace_back(candidates_[i].family.name);
-    result.position_deviation = std::sqrt(std::max(0.0, candidates_[chosen].divergence) * variance_);
     result.ridge_angles = angles(result.positions, precisions);
     return result;
   }
@@ -439,36 +394,17 @@ class Choice {
     for (const std::size_t i : used) {
       std::vector<float> risk = local_risk(candidates_[i], mesh, signs, variance_);
       const bool free = i == chosen || (organic && candidates_[chosen].weight > 0.25 && candidates_[i].is(kOrganic));
-      if (!free) {
-        for (float& value : risk) value += margin + (organic ? 0.03F : 0);
-      }
+      for (float& value : risk) value += free ? 0 : margin + (organic ? 0.03F : 0);
       blend_weights_.push_back(std::move(risk));
     }
-    shares_.assign(used.size(), 0);
-    for (std::size_t v = 0; v < mesh.vertex_count; ++v) {
-      float lowest = std::numeric_limits<float>::infinity(), sum = 0;
-      for (const auto& risk : blend_weights_) lowest = std::min(lowest, risk[v]);
-      for (auto& risk : blend_weights_) sum += risk[v] = std::exp((lowest - risk[v]) / kBlendTemperature);
-      for (std::size_t j = 0; j < used.size(); ++j) {
-        blend_weights_[j][v] /= sum;
-        shares_[j] += static_cast<double>(blend_weights_[j][v]) / static_cast<double>(mesh.vertex_count);
-      }
-    }
+    shares_ = weights_of_risks(blend_weights_);
   }
 
   template <typename Solved>
   void blend(const std::vector<std::size_t>& used, std::size_t chosen, Solved solved, FlatVectors& positions) {
-    const std::size_t count = full_.vertex_count;
-    FlatVectors sum(positions.size(), 0);
-    for (std::size_t j = 0; j < used.size(); ++j) {
-      const FlatVectors other = used[j] == chosen ? positions : solved(used[j]).positions;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        for (std::size_t v = 0; v < count; ++v) {
-          sum[axis * count + v] += blend_weights_[j][v] * other[axis * count + v];
-        }
-      }
-    }
-    positions = std::move(sum);
+    std::vector<FlatVectors> results;
+    for (const std::size_t i : used) results.push_back(i == chosen ? positions : solved(i).positions);
+    positions = blended(results, blend_weights_);
   }
 
   // --- what labels go by ---
@@ -493,10 +429,8 @@ class Choice {
   const Solve& solve_;
   ChoiceReport& report_;
 
-  GraduatedOptions base_;  ///< without family, weight and variance
-  bool regular_ = true, isotropic_ = false, short_trials_ = true;
-  float ramp_ = 1;
-  double first_variance_ = 0, variance_ = 0;  ///< of the noise, in ℓ²
+  FirstSight sight_;
+  double variance_ = 0;  ///< of the noise, in ℓ²
 
   std::unique_ptr<FlatMesh> patch_;
   std::vector<float> patch_precisions_;

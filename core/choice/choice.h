@@ -34,8 +34,6 @@ using Solve = std::function<GraduatedResult(const SolveRequest&)>;
 struct ChoiceResult {
   FlatVectors positions;            ///< of the whole mesh
   std::vector<float> ridge_angles;  ///< per edge of the flat mesh, in radians: the dihedral angle that labels go by
-  double position_deviation = 0;    ///< expected, along the normals, in ℓ
-  std::vector<float> deviations;    ///< the same vertex by vertex
 };
 
 /// The automatic setting: estimates the noise, solves candidates, chooses by Stein's unbiased risk estimate, and blends

@@ -35,6 +35,7 @@ struct StageView {
   int stage = 0;  ///< from 0
   const GraduatedEnergy& energy;
   std::span<const float> positions;
+  const LatentVariance& latent;
 };
 
 /// Returns false to end the descent early.

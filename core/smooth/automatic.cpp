@@ -126,6 +126,7 @@ class AutomaticRun {
     GraduatedDescent descent(request.mesh, request.measured, request.options, request.precisions, request.latent,
                              team_);
     if (resume_stage_ > 0) {
+      if (resume_stage_ >= request.options.stages) throw CheckpointError("the checkpoint is of a run with more stages");
       FlatVectors positions(3 * request.mesh.vertex_count);
       known_.values(positions);
       known_.finish();
@@ -154,7 +155,7 @@ class AutomaticRun {
     if (context_.on_sweep) {
       const auto positions = [&] { return upload_positions(latest_); };
       const auto now_labelled = [&] { return labels(whole ? present_angles(view.positions) : std::vector<float>()); };
-      const auto checkpoint = [&] { return state(view); };
+      const auto checkpoint = [&] { return state(request, view); };
       const std::uint32_t total = std::max(kUsualStages, record.sweep + 1);
       result_.cancelled = !context_.on_sweep({record, total, seconds(), now_labelled, positions, checkpoint});
     }
@@ -182,18 +183,24 @@ class AutomaticRun {
     archive.value(result_.site_proposals);
   }
 
-  std::string state(const StageView& view) {
+  std::string state(const SolveRequest& request, const StageView& view) {
+    const bool ends_solve = view.stage + 1 == request.options.stages;
     StateArchive archive;
     double time = seconds();
     archive.value(time);
     exchange_records(archive);
-    auto solves = solves_;
+    std::uint32_t solves = solves_ + (ends_solve ? 1 : 0);
     archive.value(solves);
-    auto next_stage = static_cast<std::int32_t>(view.stage + 1);
+    auto next_stage = static_cast<std::int32_t>(ends_solve ? 0 : view.stage + 1);
     archive.value(next_stage);
     StateArchive tail;
-    FlatVectors positions(view.positions.begin(), view.positions.end());
-    tail.values(positions);
+    GraduatedResult result{
+        {view.positions.begin(), view.positions.end()}, view.energy.vertex_normals, view.latent, view.energy.parts()};
+    if (ends_solve) {
+      exchange(tail, request.mesh.vertex_count, result);
+    } else {
+      tail.values(result.positions);
+    }
     return archive.take_bytes() + done_ + tail.take_bytes();
   }
 
@@ -202,13 +209,15 @@ class AutomaticRun {
     exchange_records(known_);
     known_.value(known_solves_);
     known_.value(resume_stage_);
-    if (resume_stage_ < 1) throw CheckpointError("the checkpoint names no stage");
+    if (resume_stage_ < 0) throw CheckpointError("the checkpoint names no stage");
+    if (known_solves_ == 0 && resume_stage_ == 0) known_.finish();
   }
 
   GraduatedResult take_known(std::size_t vertices) {
     --known_solves_;
     GraduatedResult result;
     exchange(known_, vertices, result);
+    if (known_solves_ == 0 && resume_stage_ == 0) known_.finish();
     remember(vertices, result);
     return result;
   }

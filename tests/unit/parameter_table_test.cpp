@@ -191,10 +191,19 @@ TEST(Resolve, KeepsWhatIsGivenAndSetsTheRestThatMatters) {
 
 TEST(Resolve, LeavesNothingAutomatic) {
   const v1::Parameters resolved = resolve(parameters_of({{"process", "auto"}, {"solver", "auto"}, {"threads", "0"}}));
-  EXPECT_EQ(resolved.process(), "both");
-  EXPECT_EQ(resolved.solver(), "metropolis");
+  EXPECT_FALSE(resolved.has_process());
+  EXPECT_EQ(resolved.solver(), "descent");
   EXPECT_GE(resolved.threads(), 1U);
   EXPECT_EQ(resolve({}).SerializeAsString(), resolved.SerializeAsString());
+}
+
+TEST(Resolve, AParameterOfTheSamplerAsksForTheSampler) {
+  for (const auto& [name, value] : {std::pair{"sweeps", "7"}, {"process", "face"}, {"likelihood", "huber"}}) {
+    EXPECT_EQ(resolve(parameters_of({{name, value}})).solver(), "metropolis") << name;
+  }
+  for (const auto& [name, value] : {std::pair{"seed", "7"}, {"strength", "0.5"}, {"threads", "1"}}) {
+    EXPECT_EQ(resolve(parameters_of({{name, value}})).solver(), "descent") << name;
+  }
 }
 
 TEST(Resolve, ListsTheOptionsOfTheMethodAlone) {

@@ -1,0 +1,58 @@
+#include "core/choice/first_sight.h"
+
+#include <algorithm>
+
+#include "core/choice/families.h"
+#include "core/choice/noise_level.h"
+
+namespace crease {
+namespace {
+
+constexpr double kHeavyNoise = 0.33;  ///< σ from which on the short schedule of the trials is too short
+constexpr int kTrialStages = 5, kTrialSteps = 30;
+constexpr double kLeastVariance = 1e-6;
+
+NoiseDirection direction_of(const NoiseLevel& level, double sigma) {
+  const double ratio = level.sigma_tangential / std::max(1e-9, sigma);
+  const bool folds = level.folded_share > 0.6 * level.sigma_tangential * level.sigma_tangential;
+  if (ratio > 0.72 && folds) return NoiseDirection::kIsotropic;
+  return ratio > 0.6 ? NoiseDirection::kUnsure : NoiseDirection::kNormal;
+}
+
+}  // namespace
+
+GraduatedOptions FirstSight::options(const PotentialFamily& family, double weight, double noise_variance,
+                                     bool trial) const {
+  GraduatedOptions options = base;
+  options.family = family;
+  if (family.name == kCreases.name) options.family.ramp = ramp;
+  if (family.name == kCurvedCreases.name) options.family.ramp = ramp * ramp;
+  options.weight = static_cast<float>(weight);
+  options.variance = static_cast<float>(noise_variance);
+  if (trial && short_trials) {
+    options.stages = kTrialStages;
+    options.steps = kTrialSteps;
+  }
+  return options;
+}
+
+FirstSight look_at(const Surface& surface, std::optional<double> sigma, std::optional<NoiseDirection> direction) {
+  const NoiseLevel level = estimate_noise_level(surface);
+  FirstSight sight;
+  sight.sigma = sigma.value_or(level.sigma);
+  sight.variance = std::max(kLeastVariance, sight.sigma * sight.sigma);
+  sight.direction = direction.value_or(direction_of(level, level.sigma));
+  sight.regular = level.folded_share < 0.02;
+  sight.isotropic = sight.direction == NoiseDirection::kIsotropic;
+  sight.short_trials = sight.sigma <= kHeavyNoise;
+  sight.ramp = sight.isotropic || !sight.regular ? 1 : 2;
+  if (sight.direction == NoiseDirection::kUnsure) sight.base.across = 2;
+  if (sight.isotropic) sight.base.across = level.sigma_tangential > 0.22 ? 0.3F : 0.5F;
+  sight.base.across_start = std::min(sight.regular ? 6.0F : 3.0F, sight.base.across);
+  sight.base.fading_area_start = sight.regular ? 0.4F : 0.3F;
+  if (sight.isotropic) sight.base.fold_weight = 10;
+  if (sight.isotropic && level.sigma_tangential > 0.3) sight.base.fold_area = 0.5F;
+  return sight;
+}
+
+}  // namespace crease
