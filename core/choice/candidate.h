@@ -39,6 +39,7 @@ struct Candidate {
   double noise_variance() const;
 
   bool is(const PotentialFamily& other) const { return family.name == other.name; }
+  bool has_setting_of(const Candidate& other) const { return is(other.family) && weight == other.weight; }
 };
 
 /// Fills in what is known of a candidate after the response of its result: `probe` is the result for positions moved by

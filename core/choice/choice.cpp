@@ -21,7 +21,14 @@ constexpr std::size_t kMostFacesToBlend = 150'000;
 constexpr std::size_t kMostFacesForAngles = 60'000;
 constexpr double kFamilyWindow = 0.06, kOrganicWindow = 0.2;  ///< how near a family must come to be looked into
 
-bool same_setting(const Candidate& a, const Candidate& b) { return a.is(b.family) && a.weight == b.weight; }
+/// Mean of the squared residuals, each times its precision.
+double weighted_square(const std::vector<float>& residuals, const std::vector<float>& precisions) {
+  double sum = 0;
+  for (std::size_t v = 0; v < residuals.size(); ++v) {
+    sum += static_cast<double>(residuals[v] * residuals[v] * precisions[v]);
+  }
+  return sum / static_cast<double>(residuals.size());
+}
 
 class Choice {
  public:
@@ -226,14 +233,6 @@ class Choice {
     return shape;
   }
 
-  static double weighted_square(const std::vector<float>& residuals, const std::vector<float>& precisions) {
-    double sum = 0;
-    for (std::size_t v = 0; v < residuals.size(); ++v) {
-      sum += static_cast<double>(residuals[v] * residuals[v] * precisions[v]);
-    }
-    return sum / static_cast<double>(residuals.size());
-  }
-
   // --- from the first choice to the last ---
 
   std::size_t refine(std::size_t chosen) {
@@ -358,7 +357,7 @@ class Choice {
     for (std::size_t i = candidates_.size(); i-- > 0;) {  // the last one of each setting knows the noise best
       const bool sharp = candidates_[i].is(kCreases) || candidates_[i].is(kFlats);
       if (candidates_[chosen].is(kOrganic) && sharp) continue;
-      const auto same = [&](std::size_t j) { return same_setting(candidates_[i], candidates_[j]); };
+      const auto same = [&](std::size_t j) { return candidates_[i].has_setting_of(candidates_[j]); };
       if (std::ranges::none_of(used, same)) used.push_back(i);
     }
     weigh(used, chosen, trial_mesh(), signs_);
@@ -406,8 +405,6 @@ class Choice {
     for (const std::size_t i : used) results.push_back(i == chosen ? positions : solved(i).positions);
     positions = blended(results, blend_weights_);
   }
-
-  // --- what labels go by ---
 
   /// Dihedral angles of the result of flats, which does not merge ridges that lie close together; of the result itself
   /// where the mesh is large.
