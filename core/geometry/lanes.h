@@ -30,6 +30,13 @@ using HalfLanes [[gnu::vector_size(16)]] = float;
 #define CREASE_WIDE_CLONES
 #endif
 
+/// Before a loop whose passes do not depend on each other, so that gathers do not keep it out of the lanes.
+#if defined(__GNUC__) && !defined(__clang__)
+#define CREASE_INDEPENDENT_PASSES _Pragma("GCC ivdep")
+#else
+#define CREASE_INDEPENDENT_PASSES
+#endif
+
 #define CREASE_LANES_INLINE [[gnu::always_inline]] inline
 
 CREASE_LANES_INLINE HalfLanes low(const Lanes& x) { return __builtin_shufflevector(x, x, 0, 1, 2, 3); }

@@ -41,7 +41,7 @@ CREASE_WIDE_CLONES void find_normals(const FlatIndex* __restrict i0, const FlatI
                                      const FlatIndex* __restrict i2, Flat p, float fading_area, Normals n,
                                      std::size_t begin, std::size_t end) {
   const float h2 = fading_area * fading_area;
-#pragma GCC ivdep
+  CREASE_INDEPENDENT_PASSES
   for (std::size_t f = begin; f < end; ++f) {
     const FlatIndex i = i0[f], j = i1[f], k = i2[f];
     const float ux = p.x[j] - p.x[i], uy = p.y[j] - p.y[i], uz = p.z[j] - p.z[i];
@@ -65,7 +65,7 @@ struct Edges {
 template <typename Potential>
 CREASE_LANES_INLINE void fill_edges(const Edges& edges, Flat n, std::size_t begin, std::size_t end, BlockTerms& terms,
                                     Potential potential) {
-#pragma GCC ivdep
+  CREASE_INDEPENDENT_PASSES
   for (std::size_t e = begin; e < end; ++e) {
     const FlatIndex i = edges.face0[e], j = edges.face1[e];
     const float x = n.x[i] - n.x[j], y = n.y[i] - n.y[j], z = n.z[i] - n.z[j];
@@ -126,7 +126,7 @@ CREASE_WIDE_CLONES float sum_faces(const Faces& faces, std::size_t begin, std::s
                     *__restrict y1 = y0 + faces.count, *__restrict y2 = y1 + faces.count,
                     *__restrict z0 = y2 + faces.count, *__restrict z1 = z0 + faces.count,
                     *__restrict z2 = z1 + faces.count;
-#pragma GCC ivdep
+  CREASE_INDEPENDENT_PASSES
   for (std::size_t f = begin; f < end; ++f) {
     const FlatIndex a = n0[f], b = n1[f], c = n2[f];
     const float k0 = stiffness[e0[f]], k1 = stiffness[e1[f]], k2 = stiffness[e2[f]], k = k0 + k1 + k2;
