@@ -26,15 +26,21 @@ std::string job_line(const v1::Job& job) {
                      job.input().name(), job.input().faces());
 }
 
-/// "noise 0.31 edge lengths along the normals; creases (clearly)".
-std::string sentence(const v1::Choice& choice) {
-  constexpr double kClearMargin = 0.05;
-  std::string text = choice.noise_sigma() < 1e-3 ? std::string("no noise")
-                                                 : fmt::format("noise {:.2g} edge lengths", choice.noise_sigma());
+std::string noise_text(const v1::Choice& choice) {
+  constexpr double kNoNoise = 1e-3;  // edge lengths
+  if (choice.noise_sigma() < kNoNoise) return "no noise";
+  std::string text = fmt::format("noise {:.2g} edge lengths", choice.noise_sigma());
   if (choice.noise() == "normal") text += " along the normals";
   if (choice.noise() == "isotropic") text += " in all directions";
   if (choice.impulsive()) text += fmt::format(", at {:.0f} % of the vertices", 100 * choice.moved_share());
   if (choice.varying()) text += ", varying over the surface";
+  return text;
+}
+
+/// "noise 0.31 edge lengths along the normals; creases by far; blended of 2 candidates".
+std::string sentence(const v1::Choice& choice) {
+  constexpr double kClearMargin = 0.05;
+  std::string text = noise_text(choice);
   text += fmt::format("; {} {}", choice.surface(), choice.margin() > kClearMargin ? "by far" : "by a narrow margin");
   if (choice.blended_size() > 1) text += fmt::format("; blended of {} candidates", choice.blended_size());
   std::ranges::replace(text, '_', ' ');

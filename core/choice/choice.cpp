@@ -121,8 +121,6 @@ class Choice {
     }
     Candidate candidate = tried(family, weight, trial_mesh(), precisions_, signs_, hopeless_from);
     if (candidate.hopeless) return false;
-    report_.candidates.push_back({std::string(family.name), weight, candidate.risk(variance_) / variance_,
-                                  candidate.cross_validation(), candidate.residual, candidate.divergence});
     candidates_.push_back(std::move(candidate));
     return true;
   }
@@ -131,7 +129,6 @@ class Choice {
     add(kCreases, 0.1);
     add(kCurvedCreases, 0.05);
     add(kFlats, 0.2);
-    if (options_.family && options_.family->name == kSoftCreases.name) add(kSoftCreases, 0.1);
     add(kOrganic, 0.12);
     add(kOrganic, 0.3);
     refine_variance();
@@ -322,6 +319,9 @@ class Choice {
     report_.moved_share = report_.impulsive ? 1 - one.result.latent.small_share : 1;
     double other = std::numeric_limits<double>::infinity();
     for (const Candidate& candidate : candidates_) {
+      report_.candidates.push_back({std::string(candidate.family.name), candidate.weight,
+                                    candidate.risk(variance_) / variance_, candidate.cross_validation(),
+                                    candidate.residual, candidate.divergence});
       if (!candidate.is(one.family)) other = std::min(other, candidate.risk(variance_));
     }
     report_.margin = std::isfinite(other) ? (other - one.risk(variance_)) / variance_ : 0;

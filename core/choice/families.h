@@ -1,5 +1,8 @@
 #pragma once
 
+#include <stdexcept>
+#include <string_view>
+
 #include "core/graduated/potential.h"
 
 namespace crease {
@@ -20,5 +23,13 @@ inline constexpr PotentialFamily kSoftCreases{
 /// Curved all over.
 inline constexpr PotentialFamily kOrganic{
     .name = "organic", .exponent_end = 2, .exponent_start = 2, .local_gain = 1, .ridge_cap = 1};
+
+/// The family with this name. \throw std::out_of_range
+constexpr const PotentialFamily& family_named(std::string_view name) {
+  for (const PotentialFamily* family : {&kCreases, &kCurvedCreases, &kFlats, &kSoftCreases, &kOrganic}) {
+    if (family->name == name) return *family;
+  }
+  throw std::out_of_range("no family of potentials has this name");
+}
 
 }  // namespace crease

@@ -7,13 +7,13 @@
 #include <utility>
 #include <vector>
 
+#include "core/mesh/pooled_variance.h"
+
 namespace crease {
 namespace {
 
 constexpr std::size_t kMostFits = 8000, kMostNeighbours = 60, kMostValence = 32, kLeastRing = 10;
 constexpr double kLeastFreedom = 4;
-constexpr double kOutlierDeviations = 2.5;
-constexpr int kPoolingRounds = 50;
 
 /// Unit normals, smoothed over two rings.
 std::vector<Vec3> smoothed_normals(const Surface& surface) {
@@ -66,10 +66,6 @@ double tangential_sigma(const Surface& surface, const std::vector<Vec3>& normals
   return squares.empty() ? 0 : std::sqrt(median_of(std::move(squares)) / kMedianOfSquares);
 }
 
-struct QuadricFit {
-  double variance = 0, freedom = 0;
-};
-
 /// The neighbourhood of a vertex up to two edges away, the vertex first.
 class Ring {
  public:
@@ -102,7 +98,7 @@ class Ring {
 
 /// Heights over the plane across `normal`, fitted by 1, x, y, x², xy, y². Normal equations by elimination; a pivot that
 /// vanishes is a term that the ring cannot tell from the others.
-std::optional<QuadricFit> fit_quadric(const Surface& surface, const std::vector<Index>& ring, const Vec3& normal) {
+std::optional<FitVariance> fit_quadric(const Surface& surface, const std::vector<Index>& ring, const Vec3& normal) {
   constexpr std::size_t kTerms = 6;
   const Vec3 right = normal.unitOrthogonal(), up = normal.cross(right), center = surface.measured[ring.front()];
   double spread = 0;
@@ -136,11 +132,11 @@ std::optional<QuadricFit> fit_quadric(const Surface& surface, const std::vector<
     squares -= matrix[i][kTerms] * matrix[i][kTerms] / matrix[i][i];
   }
   if (count - rank < kLeastFreedom) return std::nullopt;
-  return QuadricFit{std::max(squares, 0.0) / (count - rank), count - rank};
+  return FitVariance{std::max(squares, 0.0) / (count - rank), count - rank};
 }
 
-std::vector<QuadricFit> fit_quadrics(const Surface& surface, const std::vector<Vec3>& normals) {
-  std::vector<QuadricFit> fits;
+std::vector<FitVariance> fit_quadrics(const Surface& surface, const std::vector<Vec3>& normals) {
+  std::vector<FitVariance> fits;
   Ring ring(surface);
   const std::size_t count = surface.measured.size(), stride = std::max<std::size_t>(1, count / kMostFits);
   for (std::size_t v = 0; v < count; v += stride) {
@@ -153,30 +149,6 @@ std::vector<QuadricFit> fit_quadrics(const Surface& surface, const std::vector<V
   return fits;
 }
 
-/// What χ²/ν exceeds as rarely as a standard normal exceeds z [Wilson & Hilferty 1931].
-double chi_squared_quantile(double z, double freedom) {
-  const double c = 2 / (9 * freedom);
-  return std::pow(1 - c + z * std::sqrt(c), 3);
-}
-
-double pooled_variance(const std::vector<QuadricFit>& fits) {
-  std::vector<double> variances;
-  variances.reserve(fits.size());
-  for (const QuadricFit& fit : fits) variances.push_back(fit.variance / chi_squared_quantile(0, fit.freedom));
-  double pooled = median_of(std::move(variances));
-  for (int round = 0; round < kPoolingRounds; ++round) {
-    double sum = 0, freedom = 0;
-    for (const QuadricFit& fit : fits) {
-      if (fit.variance > pooled * chi_squared_quantile(kOutlierDeviations, fit.freedom)) continue;
-      sum += fit.variance * fit.freedom;
-      freedom += fit.freedom;
-    }
-    const double before = std::exchange(pooled, sum / std::max(freedom, 1e-9));
-    if (std::abs(pooled - before) < 1e-4 * before) break;
-  }
-  return pooled;
-}
-
 }  // namespace
 
 NoiseLevel estimate_noise_level(const Surface& surface) {
@@ -185,7 +157,7 @@ NoiseLevel estimate_noise_level(const Surface& surface) {
   NoiseLevel level;
   level.folded_share = folded_share(surface, normals);
   level.sigma_tangential = tangential_sigma(surface, normals);
-  const std::vector<QuadricFit> fits = fit_quadrics(surface, normals);
+  const std::vector<FitVariance> fits = fit_quadrics(surface, normals);
   if (fits.size() >= kLeastFits) level.sigma = std::sqrt(pooled_variance(fits));
   return level;
 }

@@ -19,7 +19,7 @@ constexpr std::array<std::string_view, 3> words_of(NoiseDirection) { return {"no
 struct CandidateReport {
   std::string family;
   double weight = 0;
-  double risk = 0;              ///< in noise variances
+  double risk = 0;              ///< in noise variances, those of the report
   double cross_validation = 0;  ///< in ℓ²
   double residual = 0, divergence = 0;
 };

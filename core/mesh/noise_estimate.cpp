@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "core/mesh/face_vectors.h"
+#include "core/mesh/pooled_variance.h"
 
 namespace crease {
 namespace {
@@ -16,12 +16,9 @@ constexpr std::size_t kMaxSamples = 20'000;
 constexpr std::size_t kMaxNeighbours = 60;
 constexpr std::size_t kMaxValence = 32;
 constexpr Eigen::Index kMinFreedom = 4;
-constexpr double kOutlierDeviations = 2.5;
-constexpr int kMaxRounds = 100;
 
 struct Fit {
-  double variance = 0;       ///< of the noise, in squared units of length
-  double freedom = 0;        ///< degrees of freedom of `variance`
+  FitVariance noise;         ///< in squared units of length
   double planar_length = 0;  ///< mean length of the vertex's edges within the plane
 };
 
@@ -88,39 +85,11 @@ std::optional<Fit> fit_quadric(const Mesh& mesh, const Topology& topology, Index
   const Eigen::Index freedom = count - factors.rank();
   const double squares = (heights - terms * factors.solve(heights)).squaredNorm();
 
-  Fit fit{squares / static_cast<double>(freedom), static_cast<double>(freedom), 0};
+  Fit fit{{squares / static_cast<double>(freedom), static_cast<double>(freedom)}, 0};
   const auto degree = static_cast<Eigen::Index>(topology.vertex_edges[vertex].size());
   for (Eigen::Index i = 1; i <= degree; ++i) fit.planar_length += std::hypot(terms(i, 1), terms(i, 2));
   fit.planar_length /= static_cast<double>(degree);
   return fit;
-}
-
-/// The value that χ²/ν exceeds as rarely as a standard normal exceeds `z` [Wilson & Hilferty 1931].
-double chi_squared_quantile(double z, double freedom) {
-  const double c = 2 / (9 * freedom);
-  return std::pow(1 - c + z * std::sqrt(c), 3);
-}
-
-/// The pooled variance of the fits that one noise level explains: from the median, leave out what is too large to be
-/// chance and pool again, until the choice stands.
-double pooled_variance(const std::vector<Fit>& fits) {
-  std::vector<double> variances;
-  variances.reserve(fits.size());
-  for (const Fit& fit : fits) variances.push_back(fit.variance / chi_squared_quantile(0, fit.freedom));
-  const auto middle = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 2);
-  std::nth_element(variances.begin(), middle, variances.end());
-  double pooled = *middle;
-  for (int round = 0; round < kMaxRounds; ++round) {
-    double sum = 0, freedom = 0;
-    for (const Fit& fit : fits) {
-      if (fit.variance > pooled * chi_squared_quantile(kOutlierDeviations, fit.freedom)) continue;
-      sum += fit.variance * fit.freedom;
-      freedom += fit.freedom;
-    }
-    const double before = std::exchange(pooled, sum / freedom);
-    if (std::abs(pooled - before) <= 1e-6 * before) break;
-  }
-  return pooled;
 }
 
 }  // namespace
@@ -129,12 +98,12 @@ double estimate_noise_sigma(const Mesh& mesh, const Topology& topology) {
   const double length_unit = mean_edge_length(mesh.positions, topology.edges);
   const std::size_t vertex_count = mesh.positions.size();
   const std::size_t stride = std::max<std::size_t>(1, (vertex_count + kMaxSamples - 1) / kMaxSamples);
-  std::vector<Fit> fits;
+  std::vector<FitVariance> fits;
   double planar_length = 0;
   for (std::size_t vertex = 0; vertex < vertex_count; vertex += stride) {
     const auto fit = fit_quadric(mesh, topology, static_cast<Index>(vertex), length_unit);
     if (!fit) continue;
-    fits.push_back(*fit);
+    fits.push_back(fit->noise);
     planar_length += fit->planar_length;
   }
   if (!(planar_length > 0)) return 0;

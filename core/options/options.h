@@ -62,13 +62,13 @@ enum class NoiseOption { kEstimated, kNormal, kIsotropic };
 
 constexpr std::array<std::string_view, 3> words_of(NoiseOption) { return {"estimated", "normal", "isotropic"}; }
 
-/// What the automatic setting is told of the surface.
+/// What the automatic setting is told of the surface; the words are the names of families in core/choice/families.h.
 enum class SurfaceOption {
   kEstimated,
-  kCreases,        ///< flat faces that meet in sharp ridges
-  kCurvedCreases,  ///< curved faces that meet in sharp ridges
-  kFlats,          ///< flat faces that meet at any angle
-  kOrganic,        ///< curved all over
+  kCreases,
+  kCurvedCreases,
+  kFlats,
+  kOrganic,
 };
 
 constexpr std::array<std::string_view, 5> words_of(SurfaceOption) {

@@ -25,31 +25,10 @@ ChoiceOptions choice_options(const MrfOptions& options) {
   choice.strength = options.strength;
   choice.seed = options.seed;
   if (options.noise_sigma > 0) choice.noise_sigma = options.noise_sigma;
-  switch (options.noise) {
-    case NoiseOption::kEstimated:
-      break;
-    case NoiseOption::kNormal:
-      choice.noise_direction = NoiseDirection::kNormal;
-      break;
-    case NoiseOption::kIsotropic:
-      choice.noise_direction = NoiseDirection::kIsotropic;
-      break;
-  }
-  switch (options.surface) {
-    case SurfaceOption::kEstimated:
-      break;
-    case SurfaceOption::kCreases:
-      choice.family = kCreases;
-      break;
-    case SurfaceOption::kCurvedCreases:
-      choice.family = kCurvedCreases;
-      break;
-    case SurfaceOption::kFlats:
-      choice.family = kFlats;
-      break;
-    case SurfaceOption::kOrganic:
-      choice.family = kOrganic;
-      break;
+  if (options.noise == NoiseOption::kNormal) choice.noise_direction = NoiseDirection::kNormal;
+  if (options.noise == NoiseOption::kIsotropic) choice.noise_direction = NoiseDirection::kIsotropic;
+  if (options.surface != SurfaceOption::kEstimated) {
+    choice.family = family_named(words_of(SurfaceOption{}).at(static_cast<std::size_t>(options.surface)));
   }
   return choice;
 }
@@ -69,8 +48,8 @@ void exchange(StateArchive& archive, std::size_t vertices, GraduatedResult& resu
   archive.value(result.energy);
 }
 
-/// A run of solves, each of them in stages. What has been solved is kept for checkpoints; a run that goes on from one
-/// takes the solves of it, in the same order, as its own.
+/// A run of solves, each in stages. It keeps the results of its solves for checkpoints. A run that goes on from a
+/// checkpoint takes the results in it, in the same order, instead of solving again.
 class AutomaticRun {
  public:
   AutomaticRun(const Mesh& measured, const Topology& topology, const MrfOptions& options, std::uint32_t threads,

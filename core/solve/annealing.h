@@ -66,7 +66,7 @@ class Stage {
   virtual void exchange(StateArchive& archive) = 0;
 };
 
-/// Positions are sampled (§3.2), or moved down the gradient by the mean-field solver.
+/// Positions are sampled (§3.2), or moved down the gradient.
 std::unique_ptr<Stage> make_vertex_stage(Annealing& annealing, std::uint32_t sweeps);
 /// Face normals in rounds, each ending in a fit of the vertices (§5, Fig. 6).
 std::unique_ptr<Stage> make_face_stage(Annealing& annealing, std::uint32_t sweeps);

@@ -10,7 +10,6 @@
 namespace crease {
 namespace {
 
-constexpr float kRounding = 1e-4F;    // of squared differences: ‖x‖ has no derivative at 0
 constexpr std::size_t kFarthest = 3;  ///< faces apart round a vertex
 
 /// A direction uniform on the sphere, 0 in the fourth place.

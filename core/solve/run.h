@@ -19,10 +19,9 @@ inline constexpr std::string_view kFaceStage = "face", kVertexStage = "vertex", 
 
 /// What a sweep did.
 struct SweepRecord {
-  std::uint32_t sweep = 0;  ///< from 1, through all stages
-  std::string_view
-      stage;      ///< what the sweep worked on beside the labels: "vertex", "face"; "choice" of a setting; "classical"
-  Energy energy;  ///< after the sweep, with the final weights so that sweeps can be compared
+  std::uint32_t sweep = 0;       ///< from 1, through all stages
+  std::string_view stage;        ///< one of the above; "choice" tries candidates of the automatic setting
+  Energy energy;                 ///< after the sweep, with the final weights so that sweeps can be compared
   double likelihood_weight = 0;  ///< α, or the weight of the measured normals
   double temperature = 0, label_temperature = 0;
   double step_size = 0;  ///< in mean edge lengths, or in radians of a normal
