@@ -154,6 +154,7 @@ v1::Choice to_message(const ChoiceReport& report) {
   message.set_moved_share(report.moved_share);
   message.set_varying(report.varying);
   message.set_noise_spread(report.noise_spread);
+  message.set_correlation_length(report.correlation_length);
   message.set_surface(report.family);
   message.set_weight(report.weight);
   message.set_margin(report.margin);

@@ -30,6 +30,9 @@ std::string noise_text(const v1::Choice& choice) {
   constexpr double kNoNoise = 1e-3;  // edge lengths
   if (choice.noise_sigma() < kNoNoise) return "no noise";
   std::string text = fmt::format("noise {:.2g} edge lengths", choice.noise_sigma());
+  if (choice.correlation_length() > 0) {
+    return text + fmt::format(", correlated over {:.1f} edges", choice.correlation_length());
+  }
   if (choice.noise() == "normal") text += " along the normals";
   if (choice.noise() == "isotropic") text += " in all directions";
   if (choice.impulsive()) text += fmt::format(", at {:.0f} % of the vertices", 100 * choice.moved_share());
@@ -41,7 +44,9 @@ std::string noise_text(const v1::Choice& choice) {
 std::string sentence(const v1::Choice& choice) {
   constexpr double kClearMargin = 0.05;
   std::string text = noise_text(choice);
-  text += fmt::format("; {} {}", choice.surface(), choice.margin() > kClearMargin ? "by far" : "by a narrow margin");
+  text += fmt::format("; {}", choice.surface());
+  if (choice.correlation_length() == 0)
+    text += fmt::format(" {}", choice.margin() > kClearMargin ? "by far" : "by a narrow margin");
   if (choice.blended_size() > 1) text += fmt::format("; blended of {} candidates", choice.blended_size());
   std::ranges::replace(text, '_', ' ');
   return text;

@@ -16,6 +16,7 @@ struct ChoiceOptions {
   double strength = 1;                ///< times the deviation of the noise, for the likelihood; above 0
   std::optional<double> noise_sigma;  ///< in ℓ
   std::optional<NoiseDirection> noise_direction;
+  bool correlated = false;  ///< take the noise for correlated, whatever it looks like
   std::optional<PotentialFamily> family;
   std::uint32_t seed = 1;
 };
@@ -27,7 +28,9 @@ struct SolveRequest {
   std::span<const float> measured;
   GraduatedOptions options;
   std::span<const float> precisions, latent;
-  bool final = false;  ///< one of those that the result is made of
+  bool final = false;                 ///< one of those that the result is made of
+  std::span<const float> start = {};  ///< positions to begin from with stage number `first_stage`; empty: the measured
+  int first_stage = 0;
 };
 using Solve = std::function<GraduatedResult(const SolveRequest&)>;
 

@@ -30,9 +30,10 @@ struct ChoiceReport {
   double noise_sigma = 0;        ///< refined by the candidates; in ℓ
   NoiseDirection direction = NoiseDirection::kNormal;
   bool impulsive = false;
-  double moved_share = 1;   ///< impulsive: of the vertices
-  bool varying = false;     ///< over the surface
-  double noise_spread = 0;  ///< variance of the logarithm of the local noise variance
+  double moved_share = 1;         ///< impulsive: of the vertices
+  bool varying = false;           ///< over the surface
+  double noise_spread = 0;        ///< variance of the logarithm of the local noise variance
+  double correlation_length = 0;  ///< in edges; 0 for noise that is independent from vertex to vertex
   std::string family;
   double weight = 0;
   double margin = 0;  ///< between the risks of the chosen candidate and the best of another family, in noise variances

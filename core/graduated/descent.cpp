@@ -10,7 +10,6 @@ namespace crease {
 namespace {
 
 constexpr float kScaleStart = 0.1F, kFadingAreaEnd = 1e-3F;
-constexpr float kLeastEdge = 0.05F;      ///< length below which an edge counts no less
 constexpr float kLargestArea = 0.9F;     ///< a face need not have more than a share of this
 constexpr double kLeastVariance = 5e-4;  ///< of the latent variances, relative to the noise
 constexpr int kLatentStages = 3;         ///< the last ones
@@ -57,13 +56,30 @@ GraduatedResult GraduatedDescent::run(const StageObserver& observer) {
   const DifferentiableFunction function = [&](std::span<const float> x, std::span<float> gradient) {
     return energy_(x, gradient, team_);
   };
-  const LbfgsOptions search{.steps = options_.steps};
+  LbfgsOptions search;
+  search.steps = options_.steps;
+  if (options_.metric != nullptr) {
+    search.least_gain = 1e-4;
+    search.longest_move = 0.5F;
+    search.precondition = [&](std::span<float> step) { options_.metric->solve(step); };
+  }
   for (int stage = first_stage_; stage < options_.stages; ++stage) {
     begin_stage(stage);
+    if (options_.metric != nullptr) update_metric();
     minimize(function, positions_, search, team_);
     if (observer && !observer({stage, energy_, positions_, latent_})) break;
   }
   return {positions_, energy_.vertex_normals, latent_, energy_.parts()};
+}
+
+void GraduatedDescent::update_metric() {
+  FlatVectors gradient(positions_.size());
+  energy_(positions_, gradient, team_);
+  std::vector<double> diagonal;
+  for (const float precision : energy_.precisions) {
+    diagonal.push_back(2 * static_cast<double>(energy_.likelihood * precision));
+  }
+  options_.metric->factorize(positions_, energy_.stiffness(), diagonal, energy_.fading_area);
 }
 
 void GraduatedDescent::begin_stage(int stage) {

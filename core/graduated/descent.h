@@ -4,10 +4,14 @@
 #include <span>
 
 #include "core/graduated/energy.h"
+#include "core/graduated/hinge_metric.h"
 #include "core/graduated/latent_variance.h"
 #include "core/graduated/potential.h"
 
 namespace crease {
+
+/// Length below which an edge counts no less, in ℓ.
+inline constexpr float kLeastEdge = 0.05F;
 
 /// What a descent is told.
 struct GraduatedOptions {
@@ -18,8 +22,9 @@ struct GraduatedOptions {
   float across_start = 6;  ///< at most; anneals to `across` where that is above 1
   float fading_area_start = 0.4F;
   float fold_weight = 3, fold_area = 0.3F;
-  bool latent_variance = true;  ///< tell vertices that hardly moved from those that did
-  int stages = 6, steps = 50;   ///< stages, and the most steps in each
+  bool latent_variance = true;    ///< tell vertices that hardly moved from those that did
+  int stages = 6, steps = 50;     ///< stages, and the most steps in each
+  HingeMetric* metric = nullptr;  ///< the first metric of each stage's search, for this mesh; null: the identity
 };
 
 /// Where a descent ends, and what it learnt of the noise.
@@ -59,6 +64,7 @@ class GraduatedDescent {
 
  private:
   void begin_stage(int stage);
+  void update_metric();
   void update_normals();
   void update_references();
   void update_scales(float scale);

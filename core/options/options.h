@@ -58,9 +58,11 @@ enum class Solver {
 constexpr std::array<std::string_view, 2> words_of(Solver) { return {"descent", "metropolis"}; }
 
 /// What the automatic setting is told of the noise.
-enum class NoiseOption { kEstimated, kNormal, kIsotropic };
+enum class NoiseOption { kEstimated, kNormal, kIsotropic, kCorrelated };
 
-constexpr std::array<std::string_view, 3> words_of(NoiseOption) { return {"estimated", "normal", "isotropic"}; }
+constexpr std::array<std::string_view, 4> words_of(NoiseOption) {
+  return {"estimated", "normal", "isotropic", "correlated"};
+}
 
 /// What the automatic setting is told of the surface; the words are the names of families in core/choice/families.h.
 enum class SurfaceOption {

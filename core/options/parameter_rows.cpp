@@ -410,7 +410,10 @@ std::vector<Parameter> make_table() {
        .field = 49,
        .group = kAutomatic,
        .meaning =
-           "Direction of the noise: normal, along the vertex normals; isotropic, any; estimated from the upload.",
+           "Kind of the noise: normal, along the vertex normals; isotropic, in all directions; correlated, over "
+           "several "
+           "edges, as that of scanners is; estimated from the upload. Meshes of more than 200,000 faces are never "
+           "taken for correlated.",
        .places = at<&Mrf::noise>(),
        .conditions = {kDescent}},
       {.name = "noise_sigma",

@@ -8,6 +8,7 @@
 #include "core/base/stopwatch.h"
 #include "core/choice/choice.h"
 #include "core/choice/families.h"
+#include "core/choice/scan.h"
 #include "core/geometry/renumbering.h"
 #include "core/graduated/descent.h"
 
@@ -27,6 +28,7 @@ ChoiceOptions choice_options(const MrfOptions& options) {
   if (options.noise_sigma > 0) choice.noise_sigma = options.noise_sigma;
   if (options.noise == NoiseOption::kNormal) choice.noise_direction = NoiseDirection::kNormal;
   if (options.noise == NoiseOption::kIsotropic) choice.noise_direction = NoiseDirection::kIsotropic;
+  choice.correlated = options.noise == NoiseOption::kCorrelated;
   if (options.surface != SurfaceOption::kEstimated) {
     choice.family = family_named(words_of(SurfaceOption{}).at(static_cast<std::size_t>(options.surface)));
   }
@@ -78,7 +80,10 @@ class AutomaticRun {
     try {
       ChoiceReport report;
       const Solve solve = [&](const SolveRequest& request) { return solved(request); };
-      const ChoiceResult chosen = choose_and_solve(surface, mesh, precisions_, choice_options(options_), solve, report);
+      const ChoiceOptions options = choice_options(options_);
+      const std::optional<NoiseSpectrum> spectrum = correlated_noise(surface, options);
+      const ChoiceResult chosen = spectrum ? remove_correlated_noise(surface, mesh, *spectrum, options, solve, report)
+                                           : choose_and_solve(surface, mesh, precisions_, options, solve, report);
       result_.positions = upload_positions(chosen.positions);
       result_.labels = labels(chosen.ridge_angles);
       result_.choice = std::move(report);
@@ -98,12 +103,22 @@ class AutomaticRun {
     return weights.empty() ? 1 : sum / static_cast<double>(weights.size());
   }
 
+  /// Noise that is correlated over several edges, unless the options say otherwise.
+  std::optional<NoiseSpectrum> correlated_noise(const Surface& surface, const ChoiceOptions& options) const {
+    const bool told = options.noise_direction || options.noise_sigma || options.family || !precisions_.empty();
+    if (surface.faces.size() > kMostFacesOfScan || (told && !options.correlated)) return std::nullopt;
+    return find_correlated_noise(surface, options.correlated);
+  }
+
   double seconds() const { return seconds_before_ + stopwatch_.seconds(); }
 
   GraduatedResult solved(const SolveRequest& request) {
     if (known_solves_ > 0) return take_known(request.mesh.vertex_count);
     GraduatedDescent descent(request.mesh, request.measured, request.options, request.precisions, request.latent,
                              team_);
+    if (!request.start.empty()) {
+      descent.resume(request.first_stage, FlatVectors(request.start.begin(), request.start.end()));
+    }
     if (resume_stage_ > 0) {
       if (resume_stage_ >= request.options.stages) throw CheckpointError("the checkpoint is of a run with more stages");
       FlatVectors positions(3 * request.mesh.vertex_count);

@@ -1,0 +1,222 @@
+#include "core/choice/noise_spectrum.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/base/random.h"
+#include "core/mesh/face_vectors.h"
+
+namespace crease {
+namespace {
+
+constexpr std::array<int, 7> kBands = {1, 2, 4, 8, 16, 32, 64};
+constexpr std::size_t kFirstLook = 3;  ///< bands that already rule white noise in
+constexpr std::size_t kLeastVertices = 1500;
+constexpr double kLeastDensity = 1e-9;
+
+/// A standard normal number for each vertex.
+std::vector<double> white_noise(std::size_t vertices, std::uint32_t seed, std::uint32_t number) {
+  const CounterRandom random(seed, RandomStream::kProbe);
+  std::vector<double> noise(vertices);
+  for (std::size_t v = 0; v < vertices; ++v) {
+    const auto words = random(number + 1, static_cast<std::uint32_t>(v));  // 0 is that of the signs
+    noise[v] = std::sqrt(-2 * std::log(CounterRandom::unit(words[0]))) *
+               std::cos(2 * std::numbers::pi * CounterRandom::unit(words[1]));
+  }
+  return noise;
+}
+
+double square(double x) { return x * x; }
+Vec3 square(const Vec3& x) { return x.cwiseProduct(x); }
+
+template <typename Value>
+std::vector<Value> band_of(const LazyWalk& walk, const std::vector<Value>& values, int t) {
+  std::vector<Value> band = walk.after(values, t);
+  const std::vector<Value> second = walk.after(band, t), third = walk.after(second, t);
+  for (std::size_t v = 0; v < band.size(); ++v) band[v] += third[v] - 2.0 * second[v];
+  return band;
+}
+
+template <typename Value>
+std::vector<Value> energy_of(const LazyWalk& walk, std::vector<Value> band, int t) {
+  for (Value& value : band) value = square(value);
+  return walk.after(std::move(band), 2 * t);
+}
+
+double quantile(std::vector<double>& values, double share) {
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+/// Quantiles of a band's local energy over those of white noise.
+struct Density {
+  double low = 0, quarter = 0, half = 0, high = 0;  ///< at 0.1, 0.25, 0.5, 0.75
+  double middle() const { return std::max(kLeastDensity, std::sqrt(quarter * half)); }
+};
+
+class Spectrometer {
+ public:
+  explicit Spectrometer(const Surface& surface)
+      : surface_(surface), walk_(surface), probe_(surface.measured.size()), inner_(inner_vertices(surface.topology)) {
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      const std::vector<double> noise = white_noise(probe_.size(), kSeed, axis);
+      for (std::size_t v = 0; v < probe_.size(); ++v) probe_[v][axis] = noise[v];
+    }
+  }
+
+  Density density(int t) const {
+    const std::vector<Vec3> band = band_of(walk_, surface_.measured, t), normals = normals_after(t);
+    std::vector<double> heights(band.size());
+    for (std::size_t v = 0; v < band.size(); ++v) heights[v] = band[v].dot(normals[v]);
+    const std::vector<double> energy = energy_of(walk_, std::move(heights), t);
+    const std::vector<Vec3> white = energy_of(walk_, band_of(walk_, probe_, t), t);
+    const std::vector<std::uint8_t> counts = far_from_border(t);
+    std::vector<double> ours, theirs;
+    for (std::size_t v = 0; v < energy.size(); ++v) {
+      if (counts[v] == 0) continue;
+      ours.push_back(energy[v]);
+      for (Eigen::Index axis = 0; axis < 3; ++axis) theirs.push_back(white[v][axis]);
+    }
+    const auto ratio = [&](double share) { return quantile(ours, share) / (quantile(theirs, share) + 1e-300); };
+    return {std::max(kLeastDensity, ratio(0.1)), ratio(0.25), ratio(0.5), ratio(0.75)};
+  }
+
+ private:
+  static constexpr std::uint32_t kSeed = 11;
+
+  std::vector<Vec3> normals_after(int t) const {
+    const std::vector<Vec3> smooth = walk_.after(surface_.measured, t);
+    std::vector<Vec3> normals(smooth.size(), Vec3::Zero());
+    for (const Triangle& face : surface_.faces) {
+      const Vec3 area = area_vector(smooth, face);
+      for (const Index v : face) normals[v] += area;
+    }
+    for (Vec3& normal : normals) normal = direction(normal);
+    return normals;
+  }
+
+  /// 1 where the filters do not reach the border; everywhere if that leaves too little.
+  std::vector<std::uint8_t> far_from_border(int t) const {
+    std::vector<std::uint8_t> far = inner_;
+    for (int ring = 0; ring < std::max(1, static_cast<int>(std::sqrt(t))); ++ring) {
+      std::vector<std::uint8_t> next = far;
+      for (std::size_t v = 0; v < far.size(); ++v) {
+        if (far[v] != 0) continue;
+        surface_.visit_vertex_neighbors(static_cast<Index>(v), [&](Index other) { next[other] = 0; });
+      }
+      far.swap(next);
+    }
+    const auto left = static_cast<std::size_t>(std::ranges::count(far, std::uint8_t{1}));
+    if (left < far.size() / 4) std::ranges::fill(far, std::uint8_t{1});
+    return far;
+  }
+
+  const Surface& surface_;
+  LazyWalk walk_;
+  std::vector<Vec3> probe_;
+  std::vector<std::uint8_t> inner_;
+};
+
+/// Thresholds on the growth of the density from band to band, set on development scans.
+bool reads_as_correlated(const std::vector<Density>& bands) {
+  constexpr double kLeastNoise = 5e-4;
+  const auto growth = [&](std::size_t k) { return bands[k].low / bands[k - 1].low; };
+  if (bands[0].low <= kLeastNoise) return false;
+  const bool rises_and_levels_off =
+      growth(2) >= 2.45 && growth(3) < 5.5 && (growth(1) < 1.9 || std::min(growth(3), growth(4)) < 3.0);
+  // An excess over white noise that is the same all over is noise and not shape.
+  const bool is_stationary = growth(2) >= 1.3 && growth(3) >= 2.55 && growth(3) < 3.6 &&
+                             bands[3].high < 1.9 * bands[3].low && bands[4].high < 2.1 * bands[4].low;
+  return rises_and_levels_off || is_stationary;
+}
+
+/// Non-negative least squares of the relative misfit, one variance after the other.
+NoiseSpectrum fitted(const Surface& surface, const std::array<double, kBands.size()>& density) {
+  const LazyWalk walk(surface);
+  const std::vector<double> white = white_noise(surface.measured.size(), 5, 0);
+  const auto energy = [](const std::vector<double>& values) {
+    double sum = 0;
+    for (const double value : values) sum += value * value;
+    return sum / static_cast<double>(values.size());
+  };
+  constexpr std::size_t kParts = NoiseSpectrum::kSteps.size();
+  std::array<std::array<double, kParts>, kBands.size()> response{};
+  for (std::size_t part = 0; part < kParts; ++part) {
+    const std::vector<double> smooth = walk.after(white, NoiseSpectrum::kSteps[part]);
+    for (std::size_t band = 0; band < kBands.size(); ++band) {
+      response[band][part] = energy(band_of(walk, smooth, kBands[band])) / energy(smooth);
+    }
+  }
+  NoiseSpectrum spectrum;
+  constexpr int kMostPasses = 3000;
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    for (std::size_t part = 0; part < kParts; ++part) {
+      double squares = 0, misfit = 0;
+      for (std::size_t band = 0; band < kBands.size(); ++band) {
+        const auto relative = [&](std::size_t k) { return response[band][k] / response[band][0] / density[band]; };
+        double error = -1;
+        for (std::size_t k = 0; k < kParts; ++k) error += spectrum.variances[k] * relative(k);
+        squares += relative(part) * relative(part);
+        misfit += relative(part) * error;
+      }
+      if (squares > 0) spectrum.variances[part] = std::max(0.0, spectrum.variances[part] - misfit / squares);
+    }
+  }
+  spectrum.finest = density[0];
+  return spectrum;
+}
+
+}  // namespace
+
+double NoiseSpectrum::sigma() const {
+  double sum = 0;
+  for (const double variance : variances) sum += variance;
+  return std::sqrt(sum);
+}
+
+double NoiseSpectrum::length() const {
+  double sum = 0, weighted = 0;
+  for (std::size_t k = 0; k < variances.size(); ++k) {
+    sum += variances[k];
+    weighted += variances[k] * std::sqrt(kSteps[k] / 2.0);
+  }
+  return sum > 0 ? weighted / sum : 0;
+}
+
+std::vector<double> NoiseSpectrum::sample(const LazyWalk& walk, std::size_t vertices, std::uint32_t seed) const {
+  std::vector<double> sum(vertices, 0);
+  for (std::size_t part = 0; part < variances.size(); ++part) {
+    if (!(variances[part] > 0)) continue;
+    const std::vector<double> smooth =
+        walk.after(white_noise(vertices, seed, static_cast<std::uint32_t>(part)), kSteps[part]);
+    double squares = 0;
+    for (const double value : smooth) squares += value * value / static_cast<double>(vertices);
+    const double scale = std::sqrt(variances[part] / squares);
+    for (std::size_t v = 0; v < vertices; ++v) sum[v] += scale * smooth[v];
+  }
+  return sum;
+}
+
+std::optional<NoiseSpectrum> find_correlated_noise(const Surface& surface, bool force) {
+  constexpr double kLeastGrowth = 1.3, kLargestGrowth = 2.7;
+  if (!force && surface.measured.size() < kLeastVertices) return std::nullopt;
+  const Spectrometer spectrometer(surface);
+  std::vector<Density> bands;
+  for (const int t : kBands) {
+    bands.push_back(spectrometer.density(t));
+    if (force) continue;
+    if (bands.size() == kFirstLook && bands[2].low < kLeastGrowth * bands[1].low) return std::nullopt;
+    constexpr std::size_t kSecondLook = 5;
+    if (bands.size() == kSecondLook && !reads_as_correlated(bands)) return std::nullopt;
+  }
+  std::array<double, kBands.size()> density{};
+  for (std::size_t k = 0; k < density.size(); ++k) {
+    density[k] = bands[k].middle();
+    if (k > 0) density[k] = std::min(density[k], kLargestGrowth * density[k - 1]);
+  }
+  return fitted(surface, density);
+}
+
+}  // namespace crease
