@@ -156,7 +156,7 @@ void add_nonsense(std::vector<Hostile>& all) {
   const auto add = [&](const std::string& name, const std::string& bytes) {
     for (const Format* row : formats_with(&Format::read)) {
       const std::string format(row->name);
-      all.push_back({name + " as " + format, bytes, "format=" + format});
+      all.push_back({fmt::format("{} as {}", name, format), bytes, "format=" + format});
     }
     all.push_back({name + " as anything", bytes, ""});
   };

@@ -22,7 +22,7 @@ TEST_F(OpenApi, HasExactlyTheRoutes) {
     for (const auto& [method, operation] : operations.items()) described.insert(method + " " + path);
   }
   for (const auto& route : creased::routes()) {
-    routed.insert(lower(route.method) + " " + route.path);
+    routed.insert(fmt::format("{} {}", lower(route.method), route.path));
   }
   EXPECT_EQ(described, routed);
 }

@@ -25,7 +25,7 @@ TEST_F(Results, MeshHasTheUploadsVerticesAndFacesInEveryFormat) {
     ASSERT_EQ(response.status, 200) << response.body;
     EXPECT_EQ(response.header("content-type"), row->media_types.front());
     EXPECT_EQ(response.header("content-disposition"),
-              "attachment; filename=\"my_cube." + format + "\"; filename*=UTF-8''my%20cube." + format);
+              fmt::format("attachment; filename=\"my_cube.{0}\"; filename*=UTF-8''my%20cube.{0}", format));
     EXPECT_EQ(response.header("content-length"), std::to_string(response.body.size()));
     if (format == "json") {
       EXPECT_TRUE(response.json().is_object());

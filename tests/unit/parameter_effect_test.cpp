@@ -173,9 +173,12 @@ TEST(ParameterEffect, EveryWordOfAParameterGivesADifferentResult) {
 }
 
 TEST(ParameterEffect, AParameterThatIsNotUsedWouldChangeNothing) {
-  const std::vector<ParameterValues> contexts = {{{"process", "vertex"}},   {{"process", "face"}},
-                                                 {{"solver", "descent"}},   {{"edge_process", false}},
-                                                 {{"likelihood", "huber"}}, {{"smoothness", "truncated"}}};
+  const std::vector<ParameterValues> contexts = {{{"process", "vertex"}},
+                                                 {{"process", "face"}},
+                                                 {{"noise_sigma", 0.2}, {"solver", "descent"}, {"surface", "flats"}},
+                                                 {{"edge_process", false}},
+                                                 {{"likelihood", "huber"}},
+                                                 {{"smoothness", "truncated"}}};
   for (ParameterValues context : contexts) {
     SCOPED_TRACE(context.begin()->first + "=" + text_of(context.begin()->second));
     context.emplace("sweeps", 20U);
