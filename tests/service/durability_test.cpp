@@ -120,7 +120,8 @@ std::vector<Outcome> undisturbed() {
 }
 
 int kills_wanted() {
-  const char* given = std::getenv("CREASED_TEST_KILLS");  // NOLINT(concurrency-mt-unsafe): before any thread
+  // For example 100, by hand.
+  const char* given = std::getenv("CREASED_TEST_KILLS");  // NOLINT(concurrency-mt-unsafe): nothing sets variables
   return given == nullptr ? 12 : std::atoi(given);
 }
 

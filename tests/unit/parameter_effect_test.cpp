@@ -180,7 +180,9 @@ TEST(ParameterEffect, AParameterThatIsNotUsedWouldChangeNothing) {
                                                  {{"likelihood", "huber"}},
                                                  {{"smoothness", "truncated"}}};
   for (ParameterValues context : contexts) {
-    SCOPED_TRACE(context.begin()->first + "=" + text_of(context.begin()->second));
+    std::string assignments;
+    for (const auto& [name, value] : context) assignments += fmt::format("{}={} ", name, text_of(value));
+    SCOPED_TRACE(assignments);
     context.emplace("sweeps", 20U);
     const ResolvedParameters resolved = resolve_parameters(context);
     const Outcome usual = run(resolved.options.smooth);
