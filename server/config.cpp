@@ -3,6 +3,11 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
+#include <istream>
+#include <iterator>
+#include <set>
+#include <sstream>
 #include <stdexcept>
 #include <thread>
 
@@ -138,6 +143,80 @@ void add_timeouts(CLI::App& command, ServeConfig& config) {
       ->check(seconds);
 }
 
+/// CLI11's reader of TOML and INI, which passes over what it does not know, behind checks of every line and name.
+class StrictConfig final : public CLI::ConfigTOML {
+ public:
+  explicit StrictConfig(const CLI::App& app) : app_(app) {}
+
+  std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
+    const std::string text(std::istreambuf_iterator<char>(input), {});
+    check_lines(text);
+    std::istringstream checked(text);
+    std::vector<CLI::ConfigItem> kept;
+    std::set<std::string> seen;
+    for (auto& item : CLI::ConfigTOML::from_config(checked)) {
+      if (item.name == "++" || item.name == "--") {  // how CLI11 marks where a table begins and ends
+        check_table(item.parents);
+        kept.push_back(std::move(item));
+        continue;
+      }
+      const CLI::Option& option = option_of(item);
+      if (!seen.insert(item.fullname()).second) fail("the key '" + item.fullname() + "' is given twice");
+      const std::string& variable = option.get_envname();
+      if (variable.empty() || std::getenv(variable.c_str()) == nullptr) kept.push_back(std::move(item));
+    }
+    return kept;
+  }
+
+ private:
+  [[noreturn]] static void fail(const std::string& what) { throw CLI::ConfigError("the configuration file: " + what); }
+
+  static void check_lines(const std::string& text) {
+    std::istringstream lines(text);
+    std::size_t number = 0;
+    int open_brackets = 0;
+    for (std::string line; std::getline(lines, line);) {
+      ++number;
+      const auto start = line.find_first_not_of(" \t\r");
+      const bool says_nothing = start == std::string::npos || line[start] == '#' || line[start] == ';';
+      if (says_nothing) continue;
+      const bool inside = open_brackets > 0, table = line[start] == '[';
+      const auto equals = line.find('=');
+      if (!inside && !table && (equals == std::string::npos || equals == start)) {
+        fail("line " + std::to_string(number) +
+             " is neither a table like [serve] nor 'key = value': " + line.substr(start));
+      }
+      if (table && !inside) continue;
+      open_brackets +=
+          static_cast<int>(std::count(line.begin(), line.end(), '[') - std::count(line.begin(), line.end(), ']'));
+    }
+  }
+
+  const CLI::App& check_table(const std::vector<std::string>& parents) const {
+    const CLI::App* app = &app_;
+    for (const auto& parent : parents) {
+      const auto commands =
+          app->get_subcommands([&](const CLI::App* command) { return command->get_name() == parent; });
+      if (commands.empty()) fail("the table [" + parent + "] is unknown, expected [serve] or [worker]");
+      app = commands.front();
+    }
+    return *app;
+  }
+
+  const CLI::Option& option_of(const CLI::ConfigItem& item) const {
+    const CLI::App& app = check_table(item.parents);
+    const CLI::Option* option = item.parents.empty() ? nullptr : app.get_option_no_throw("--" + item.name);
+    if (option == nullptr) {
+      fail("the key '" + item.name + "' is unknown" +
+           (item.parents.empty() ? " outside of the tables [serve] and [worker]"
+                                 : " in [" + item.parents.front() + "]"));
+    }
+    return *option;
+  }
+
+  const CLI::App& app_;
+};
+
 bool is_loopback(const std::string& host) { return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0; }
 
 std::string access_refusal(const ServeConfig& config) {
@@ -169,6 +248,9 @@ void add_serve_options(CLI::App& command, ServeConfig& config) {
   add(command, "--port", config.port, "Port to listen on; 0 takes any free one")->check(CLI::Range(0, 65'535));
   add_path(command, "--port-file", config.port_file, "File to write the port to once the server listens");
   add_store_options(command, config.store);
+  add(command, "--orphans", config.store.orphans,
+      "When the database is missing beside files of jobs: refuse to start, adopt the jobs, or discard their files")
+      ->check(CLI::IsMember({"refuse", "adopt", "discard"}));
   add(command, "--workers", config.workers, "Number of worker processes; by default one for every two processors")
       ->check(CLI::Range(0UL, 1'024UL));
   add_log_options(command, config.log);
@@ -197,6 +279,12 @@ void add_key_options(CLI::App& command, KeyConfig& config) {
       });
   add_path(command, "--keys", config.keys, "File to add the entry to; without it, the entry is printed");
 }
+
+void prefer_keys(AccessConfig& access) {
+  if (!access.keys.empty() && std::getenv("CREASED_OPEN") != nullptr) access.open = false;
+}
+
+std::shared_ptr<CLI::Config> strict_config(const CLI::App& app) { return std::make_shared<StrictConfig>(app); }
 
 Gatekeeper::Options gatekeeper_options(const ServeConfig& config) {
   const AccessConfig& access = config.access;
@@ -245,6 +333,9 @@ StoreOptions store_options(const StoreConfig& config) {
   options.data_dir = config.data_dir;
   options.max_queued = config.max_queued;
   options.quota_bytes = std::uint64_t{config.quota_mb} << 20U;
+  options.orphans = config.orphans == "adopt"     ? Orphans::kAdopt
+                    : config.orphans == "discard" ? Orphans::kDiscard
+                                                  : Orphans::kRefuse;
   return options;
 }
 

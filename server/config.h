@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,8 @@ struct StoreConfig {
   std::string url = "sqlite";
   std::filesystem::path data_dir = "creased-data";
   std::size_t max_queued = 10'000;
-  std::size_t quota_mb = 0;  ///< for all jobs together; 0 for no limit but the disk
+  std::size_t quota_mb = 0;        ///< for all jobs together; 0 for no limit but the disk
+  std::string orphans = "refuse";  ///< refuse, adopt or discard
 };
 
 /// Settings of a worker for the jobs that it runs. Times are in seconds.
@@ -91,6 +93,13 @@ struct KeyConfig {
 void add_serve_options(CLI::App& command, ServeConfig& config);
 void add_worker_options(CLI::App& command, WorkerConfig& config);
 void add_key_options(CLI::App& command, KeyConfig& config);
+
+/// Reads files of options strictly: a line, table or key that means nothing is refused by name, and what the
+/// environment sets goes before the file.
+std::shared_ptr<CLI::Config> strict_config(const CLI::App& app);
+
+/// Lets keys go before an `open` that was inherited from the environment, as an image may set it.
+void prefer_keys(AccessConfig& access);
 
 /// Why this configuration is not valid; empty when it is.
 std::string refusal(const ServeConfig& config);

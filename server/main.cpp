@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -30,7 +31,8 @@ void mask_signals(int how, std::initializer_list<int> numbers) {
   pthread_sigmask(how, &signals, nullptr);
 }
 
-int run_serve(const creased::ServeConfig& config) {
+int run_serve(creased::ServeConfig& config) {
+  creased::prefer_keys(config.access);
   if (const std::string reason = creased::refusal(config); !reason.empty()) {
     spdlog::critical("{}", reason);
     return kUsageError;
@@ -79,16 +81,18 @@ int guarded(const creased::LogConfig& log, const Run& run) {
 }
 
 int run(int argc, char** argv) {
+  ::umask(S_IRWXG | S_IRWXO);  // nothing that this program makes is for others
   CLI::App app("creased removes noise from triangle meshes over HTTP, keeps their ridges, and labels them.");
   app.set_version_flag("--version", CREASE_VERSION);
   app.set_config("--config", "", "TOML or INI file with options in the section [serve] or [worker]");
+  app.config_formatter(creased::strict_config(app));
   app.require_subcommand(1);
   creased::ServeConfig serve;
   creased::WorkerConfig worker;
   creased::KeyConfig key;
   const std::string order =
       "Options can also be set in the file of --config (section [serve] or [worker]) or in the environment. "
-      "A flag overrides the file, and the file overrides the environment.";
+      "A flag overrides the environment, and the environment overrides the file.";
   auto* serve_command = app.add_subcommand("serve", "Run the HTTP service and its worker processes")->fallthrough();
   auto* worker_command = app.add_subcommand("worker", "Run jobs from a store, without HTTP")->fallthrough();
   app.add_subcommand("compute",

@@ -19,13 +19,17 @@ class Address {
   bool is_v4() const;
   bool is_loopback() const;
   std::string text() const;
-  /// The part of the address that usually belongs to one subscriber: an IPv4 address, or the first 64 bits of an IPv6
+  /// The part of the address that usually belongs to one subscriber: an IPv4 address, or the first 56 bits of an IPv6
   /// address.
   std::string subscriber() const;
+  /// The first 48 bits of an IPv6 address, which one site may have; empty for IPv4.
+  std::string site() const;
   const Bytes& bytes() const { return bytes_; }
   bool operator==(const Address&) const = default;
 
  private:
+  std::string net(unsigned bits) const;
+
   Bytes bytes_{};
 };
 
@@ -46,8 +50,20 @@ class AddressList {
   std::vector<Block> blocks_;
 };
 
+/// Where a request comes from, as far as the peer of the connection and its proxies can be believed.
+struct Origin {
+  Address address;
+  bool known = true;  ///< false when a trusted proxy has named something that is no address
+};
+
 /// The client of a request. It is the peer of the connection; while the address found so far is trusted, it is the one
-/// before it in `forwarded_for`, the values of X-Forwarded-For read from the end.
-Address client_of(const Address& peer, std::string_view forwarded_for, const AddressList& trusted);
+/// before it in `forwarded_for`, the values of X-Forwarded-For read from the end. An entry may have a port.
+Origin client_of(const Address& peer, std::string_view forwarded_for, const AddressList& trusted);
+
+/// Whether a request comes from this machine: directly from loopback, or from loopback by the last entry that a trusted
+/// proxy has added. `forwarded_for` is null without the header X-Forwarded-For; `forwarded` says whether there is a
+/// header Forwarded, which is not read.
+bool is_local(const Address& peer, const std::optional<std::string>& forwarded_for, bool forwarded,
+              const AddressList& trusted);
 
 }  // namespace creased

@@ -43,6 +43,12 @@ void Gatekeeper::reload() {
   keys_ = std::move(keys);
 }
 
+bool Gatekeeper::knows(const std::string& owner) const {
+  if (!keyed()) return true;
+  const std::lock_guard lock(mutex_);
+  return keys_->has(owner);
+}
+
 Caller Gatekeeper::identify(std::string_view authorization) const {
   Caller caller{nullptr, options_.open};
   if (!keyed() || !is_bearer(authorization)) return caller;
@@ -58,7 +64,14 @@ Caller Gatekeeper::identify(std::string_view authorization) const {
 
 std::chrono::seconds Gatekeeper::count_call(const Caller& caller, const Source& source) {
   if (caller.key == nullptr && source.local) return {};
-  return whole_seconds(calls_.take(bucket_of(caller, source), caller.limits.requests));
+  const Rate& rate = caller.limits.requests;
+  auto wait = calls_.take(bucket_of(caller, source), rate);
+  const std::string site = caller.key == nullptr ? source.address.site() : std::string();
+  if (wait.count() <= 0 && !site.empty()) {
+    constexpr double kSubscribersOfSite = 8;
+    wait = sites_.take(site, {rate.per_second * kSubscribersOfSite, rate.burst * kSubscribersOfSite});
+  }
+  return whole_seconds(wait);
 }
 
 std::chrono::seconds Gatekeeper::count_job(const Caller& caller, const Source& source) {

@@ -43,12 +43,16 @@ class Gatekeeper {
   /// Reloads the keys. Keeps the previous ones when that fails. \throw KeyFileError
   void reload();
 
+  /// Whether jobs of this owner have a key that is still valid. On a service without keys every owner has.
+  bool knows(const std::string& owner) const;
+
   /// The caller that an Authorization header identifies. It has no key when the service has none or the given one is
   /// not valid.
   Caller identify(std::string_view authorization) const;
 
   /// Counts a call. Returns zero when it is within the caller's rate, otherwise the time until the next call is
-  /// allowed.
+  /// allowed. Without a key, the rate is that of the address, and of IPv6 addresses of one site together eight times
+  /// that.
   std::chrono::seconds count_call(const Caller& caller, const Source& source);
   /// Counts a submitted job in the same way.
   std::chrono::seconds count_job(const Caller& caller, const Source& source);
@@ -57,7 +61,7 @@ class Gatekeeper {
   const Options options_;
   mutable std::mutex mutex_;
   std::shared_ptr<const KeyRing> keys_;
-  RateLimiter calls_, jobs_;
+  RateLimiter calls_, jobs_, sites_;
 };
 
 }  // namespace creased

@@ -49,7 +49,7 @@ void answer_json(Call& call, const nlohmann::ordered_json& answer, const std::st
 Api::Api(const Services& services)
     : services_(services),
       downloads_(services.store),
-      streams_(services.store, services.watcher, services.max_streams) {
+      streams_(services.store, services.watcher, services.gate, services.max_streams) {
   handlers_ = {
       {"submit_job", [this](Call& call) { submit_job(services_, call); }},
       {"list_jobs", [this](Call& call) { list_jobs(services_, call); }},
@@ -229,7 +229,7 @@ void Api::dispatch(const httplib::Request& request, httplib::Response& response,
 
 void Api::get_readiness(Call& call) {
   if (services_.shutting_down) throw Error("shutting_down", "the server is going down");
-  const std::string reason = services_.store.not_ready_reason();
+  const std::string reason = services_.not_ready ? services_.not_ready() : services_.store.not_ready_reason();
   if (!reason.empty()) throw Error("store_unavailable", reason);
   answer_json(call, {{"status", "ready"}});
 }

@@ -28,6 +28,8 @@ struct Services {
   CorsPolicy cors;
   std::size_t max_streams = 0;
   crease::OperatorSettings parameters;
+  /// Why the service is not ready, as it is known; null to ask the store.
+  std::function<std::string()> not_ready = nullptr;
 };
 
 /// One request, as a handler sees it.

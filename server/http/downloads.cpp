@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <vector>
 
 #include "proto/convert.h"
@@ -42,13 +41,6 @@ void require_success(const crease::v1::Job& job) {
 
 std::string etag(const crease::v1::Job& job, const std::string& what) {
   return fmt::format("{}-{}-{}", crease::job_fingerprint(job.input(), job.parameters()), CREASE_VERSION, what);
-}
-
-std::string read_whole(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string bytes(std::istreambuf_iterator<char>(file), {});
-  if (!file.good() && !file.eof()) throw Error("store_unavailable", "the report of the job cannot be read");
-  return bytes;
 }
 
 }  // namespace
@@ -93,13 +85,13 @@ void Downloads::get_ridges(Call& call) {
 void Downloads::get_report(Call& call) {
   const auto job = find_job(store_, call);
   require_success(job);
-  const std::string bytes = read_whole(store_.file_path(job.id(), file::kReport));
+  const std::string bytes = reports_.read(job.id(), file::kReport);
   const Format& format = named_format(call, crease::report_formats());
   const std::string media_type(format.media_types.front());
   if (&format == &crease::kProtobuf) return call.response.set_content(bytes, media_type);
   crease::v1::Report report;
   if (bytes.empty() || !report.ParseFromString(bytes))
-    throw Error("store_unavailable", "the report of the job is damaged");
+    throw Error(code::kResultDamaged, "the report of the job cannot be read");
   call.response.set_content(crease::json_text(report), media_type);
 }
 

@@ -8,7 +8,7 @@ namespace creased {
 /// Serves the results of a job: mesh, labels, ridge lines and report.
 class Downloads {
  public:
-  explicit Downloads(Store& store) : store_(store), files_(store) {}
+  explicit Downloads(Store& store) : store_(store), files_(store), reports_(store) {}
 
   void get_mesh(Call& call);
   void get_labels(Call& call);
@@ -18,6 +18,7 @@ class Downloads {
  private:
   Store& store_;
   ResultFiles files_;
+  CheckedFiles reports_;
 };
 
 }  // namespace creased

@@ -60,6 +60,7 @@ class EventStreams::Slot {
     open_->add(owner_);
   }
   ~Slot() { open_->remove(owner_); }
+  const std::string& owner() const { return owner_; }
   Slot(const Slot&) = delete;
   Slot& operator=(const Slot&) = delete;
 
@@ -71,9 +72,10 @@ class EventStreams::Slot {
 /// One stream. The server calls next() until the stream ends.
 class EventStreams::Stream {
  public:
-  Stream(JobWatcher& watcher, std::unique_ptr<JobWatcher::Subscription> subscription, std::unique_ptr<Slot> slot,
-         std::uint64_t version, GuardedStream& connection)
+  Stream(JobWatcher& watcher, const Gatekeeper& gate, std::unique_ptr<JobWatcher::Subscription> subscription,
+         std::unique_ptr<Slot> slot, std::uint64_t version, GuardedStream& connection)
       : watcher_(watcher),
+        gate_(gate),
         subscription_(std::move(subscription)),
         slot_(std::move(slot)),
         version_(version),
@@ -85,6 +87,7 @@ class EventStreams::Stream {
     const auto now = JobWatcher::Clock::now();
     const auto view = subscription_->wait_newer(version_, now + kPeerCheck);
     if (connection_.peer_gone()) return false;
+    if (!gate_.knows(slot_->owner())) return end(sink, ": the key was revoked\n\n");
     if (view == nullptr) return end(sink, ": the job was removed\n\n");
     if (view->version > version_) return report(*view, sink);
     if (watcher_.closed()) return end(sink, ": the server is shutting down\nretry: 2000\n\n");
@@ -116,6 +119,7 @@ class EventStreams::Stream {
   }
 
   JobWatcher& watcher_;
+  const Gatekeeper& gate_;
   std::unique_ptr<JobWatcher::Subscription> subscription_;
   std::unique_ptr<Slot> slot_;
   std::uint64_t version_;
@@ -153,8 +157,8 @@ void EventStreams::open(Call& call) {
     return;
   }
   call.response.set_header("X-Accel-Buffering", "no");
-  auto stream =
-      std::make_shared<Stream>(watcher_, std::move(subscription), std::move(slot), version, call.exchange.stream);
+  auto stream = std::make_shared<Stream>(watcher_, gate_, std::move(subscription), std::move(slot), version,
+                                         call.exchange.stream);
   const auto provider = [stream](std::size_t, httplib::DataSink& sink) { return stream->next(sink); };
   if (call.exchange.head.version == "HTTP/1.1") {
     call.response.set_chunked_content_provider("text/event-stream", provider);

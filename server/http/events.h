@@ -12,11 +12,11 @@ namespace creased {
 /// GET /v1/jobs/{id}/events: server-sent events. The number of open streams is limited.
 class EventStreams {
  public:
-  EventStreams(Store& store, JobWatcher& watcher, std::size_t max_streams)
-      : store_(store), watcher_(watcher), max_streams_(max_streams) {}
+  EventStreams(Store& store, JobWatcher& watcher, const Gatekeeper& gate, std::size_t max_streams)
+      : store_(store), watcher_(watcher), gate_(gate), max_streams_(max_streams) {}
 
   /// Sends `progress` events, then `succeeded`, `failed` or `cancelled` with the job. The id of an event is the version
-  /// of the job.
+  /// of the job. A stream ends when its key is revoked.
   void open(Call& call);
   std::size_t count() const { return open_->count(); }
 
@@ -41,6 +41,7 @@ class EventStreams {
 
   Store& store_;
   JobWatcher& watcher_;
+  const Gatekeeper& gate_;
   std::size_t max_streams_;
   std::shared_ptr<Open> open_ = std::make_shared<Open>();
 };

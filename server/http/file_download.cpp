@@ -1,8 +1,6 @@
 #include "server/http/file_download.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -75,13 +73,6 @@ std::optional<ByteRange> wanted_range(const Call& call, const Download& download
 }
 
 }  // namespace
-
-std::shared_ptr<const OpenFile> open_file(const std::filesystem::path& path) {
-  Descriptor descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  struct stat status {};
-  if (!descriptor.open() || ::fstat(descriptor.get(), &status) != 0) return nullptr;
-  return std::make_shared<const OpenFile>(OpenFile{std::move(descriptor), static_cast<std::uint64_t>(status.st_size)});
-}
 
 void send_file(Call& call, const Download& download) {
   auto& response = call.response;

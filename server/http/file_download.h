@@ -10,15 +10,6 @@
 
 namespace creased {
 
-/// An open file. It stays readable when it is renamed or removed.
-struct OpenFile {
-  Descriptor descriptor;
-  std::uint64_t bytes = 0;
-};
-
-/// Returns null when there is no such file.
-std::shared_ptr<const OpenFile> open_file(const std::filesystem::path& path);
-
 /// A file and how to serve it.
 struct Download {
   std::shared_ptr<const OpenFile> file;

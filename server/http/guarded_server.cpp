@@ -61,7 +61,7 @@ void parse_query(std::string_view query, httplib::Params& params) {
     const auto equals = std::min(pair.find('='), pair.size());
     const std::string name(pair.substr(0, equals)), value(pair.substr(std::min(equals + 1, pair.size())));
     if (!pair.empty()) {
-      params.emplace(httplib::detail::decode_url(name, true), httplib::detail::decode_url(value, true));
+      params.emplace(percent_decoded(name, true), percent_decoded(value, true));
     }
   }
 }
@@ -206,7 +206,7 @@ bool GuardedServer::answer(GuardedStream& stream, const RequestHead& head) {
   Exchange exchange{stream,
                     head,
                     request_id_of(head),
-                    httplib::detail::decode_url(std::string(head.path()), false),
+                    percent_decoded(head.path(), false),
                     source_of(stream, head),
                     !head.keep_alive || draining_};
   stream.begin(head, std::string(kReplay), hooks_.begin(exchange));
@@ -225,10 +225,10 @@ bool GuardedServer::answer(GuardedStream& stream, const RequestHead& head) {
 
 Source GuardedServer::source_of(const GuardedStream& stream, const RequestHead& head) const {
   const Address peer = peer_of(stream);
-  const std::string forwarded = joined_header(head, "X-Forwarded-For");
-  const Address client = client_of(peer, forwarded, options_.trusted_proxies);
-  const bool direct = forwarded.empty() && head.count("Forwarded") == 0;
-  return {client, client.is_loopback() && (direct || options_.trusted_proxies.contains(peer))};
+  const bool given = head.count("X-Forwarded-For") > 0;
+  const auto forwarded_for = given ? std::optional(joined_header(head, "X-Forwarded-For")) : std::nullopt;
+  const Origin client = client_of(peer, forwarded_for.value_or(""), options_.trusted_proxies);
+  return {client.address, is_local(peer, forwarded_for, head.count("Forwarded") > 0, options_.trusted_proxies)};
 }
 
 void GuardedServer::refuse(GuardedStream& stream, const crease::Error& error, std::chrono::milliseconds linger) {
@@ -277,12 +277,20 @@ void GuardedServer::admit(int socket, const Address& peer) {
     throw crease::Error("too_many_connections", "the server has no free connection; try again in a moment");
   }
   std::size_t& open = of_address_[address];
-  if (bounded && open >= options_.max_connections_per_address) {
+  if (bounded && open >= share_of_address(connections_.size() - open)) {
     throw crease::Error("address_connections_full",
                         fmt::format("{} connections from your address are open, the most that are allowed", open));
   }
   ++open;
   connections_[socket] = {address, false};
+}
+
+/// An address may hold as large a part of what the others leave free as the limits give it of an idle server. So no two
+/// addresses can hold everything.
+std::size_t GuardedServer::share_of_address(std::size_t of_others) const {
+  const std::size_t most = std::min(options_.max_connections_per_address, options_.max_connections);
+  const std::size_t left = options_.max_connections - std::min(options_.max_connections, of_others);
+  return std::max<std::size_t>(1, most * left / options_.max_connections);
 }
 
 bool GuardedServer::set_active(int socket, bool active) {

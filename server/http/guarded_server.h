@@ -97,6 +97,7 @@ class GuardedServer : public httplib::Server {
 
   /// \throw crease::Error shutting_down, too_many_connections, address_connections_full
   void admit(int socket, const Address& peer);
+  std::size_t share_of_address(std::size_t of_others) const;
   /// Returns false when the server is draining and the connection must close.
   bool set_active(int socket, bool active);
   void release(int socket);

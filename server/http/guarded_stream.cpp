@@ -10,18 +10,20 @@
 #include <charconv>
 #include <cstring>
 
-#include "core/base/text.h"
 #include "core/error.h"
 
 namespace creased {
 namespace {
 
-using crease::trimmed;
 using std::chrono::milliseconds;
 
 constexpr std::size_t kReceiveAtOnce = 64 * 1024;
 constexpr std::size_t kMaxChunkLine = 256;  // a chunk's size and extensions, or one trailer
 constexpr std::size_t kMaxTrailers = 32;
+
+bool is_chunk_line(std::string_view line) {
+  return std::all_of(line.begin(), line.end(), [](unsigned char c) { return c == '\t' || (c >= 0x20 && c != 0x7f); });
+}
 
 int wait_for(int socket, short events, milliseconds time) {
   pollfd entry{socket, events, 0};
@@ -76,9 +78,12 @@ bool GuardedStream::await_request() {
 
 RequestHead GuardedStream::read_head() {
   const auto deadline = Clock::now() + limits_.head_timeout;
-  while (buffered().starts_with("\r\n")) consume(2);
   std::size_t searched = 0;
   while (true) {
+    while (buffered().starts_with("\r\n")) {
+      consume(2);
+      searched = 0;
+    }
     const auto end = buffered().find("\r\n\r\n", searched);
     if (std::min(end, buffered().size()) > limits_.head.max_bytes) {
       throw crease::Error("headers_too_large",
@@ -150,7 +155,10 @@ bool GuardedStream::chunk_line(std::string& line) {
 bool GuardedStream::next_chunk() {
   std::string line;
   if (!chunk_line(line)) return false;
-  const std::string_view size_text = trimmed(std::string_view(line).substr(0, line.find(';')));
+  // A line feed alone, for example, would end the line for some proxies.
+  if (!is_chunk_line(line)) return fault("body_incomplete");
+  std::string_view size_text = std::string_view(line).substr(0, line.find(';'));
+  if (size_text.size() < line.size()) size_text = size_text.substr(0, size_text.find_last_not_of(" \t") + 1);
   const char* const end = size_text.data() + size_text.size();
   const auto [stop, error] = std::from_chars(size_text.data(), end, remaining_, 16);
   if (size_text.empty() || error != std::errc() || stop != end) return fault("body_incomplete");

@@ -33,11 +33,25 @@ std::string_view take_line(std::string_view& rest) {
   return line;
 }
 
+/// Whether the text can be the authority of an http URL or a Host header [RFC 3986 §3.2], without user information.
+bool is_authority(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](unsigned char c) {
+    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+           std::string_view("-._~!$&'()*+;=%:[]").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+}
+
 std::string origin_form(std::string_view target) {
+  constexpr std::string_view kScheme = "http://";
   if (target.starts_with("/") || target == "*") return std::string(target);
-  if (!target.starts_with("http://")) malformed("the request target is not a path or an http URL");
-  const auto slash = target.find('/', 7);
-  return slash == std::string_view::npos ? "/" : std::string(target.substr(slash));
+  if (!equals_ignoring_case(target.substr(0, kScheme.size()), kScheme)) {
+    malformed("the request target is not a path or an http URL");
+  }
+  target.remove_prefix(kScheme.size());
+  const auto end = std::min(target.find_first_of("/?"), target.size());
+  if (end == 0 || !is_authority(target.substr(0, end))) malformed("the URL of the request has no valid host");
+  target.remove_prefix(end);
+  return target.starts_with("/") ? std::string(target) : "/" + std::string(target);
 }
 
 void parse_request_line(std::string_view line, const HeadLimits& limits, RequestHead& head) {
@@ -112,9 +126,12 @@ bool lists_token(std::string_view list, std::string_view token) {
 }
 
 void settle_connection(RequestHead& head) {
-  const std::string_view connection = head.header("Connection");
+  std::string connection;
+  for (const auto& [name, value] : head.headers) {
+    if (equals_ignoring_case(name, "Connection")) connection += "," + value;
+  }
   head.keep_alive =
-      head.version == "HTTP/1.1" ? !lists_token(connection, "close") : lists_token(connection, "keep-alive");
+      !lists_token(connection, "close") && (head.version == "HTTP/1.1" || lists_token(connection, "keep-alive"));
   if (head.count("Expect") == 0 || head.version == "HTTP/1.0") return;
   if (head.count("Expect") > 1 || !equals_ignoring_case(head.header("Expect"), "100-continue")) {
     throw crease::Error("expectation_failed", "the only supported expectation is 100-continue");
@@ -138,6 +155,21 @@ std::string_view RequestHead::header(std::string_view name) const {
 
 std::string_view RequestHead::path() const { return std::string_view(target).substr(0, target.find('?')); }
 
+std::string percent_decoded(std::string_view text, bool plus_is_space) {
+  std::string decoded;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    unsigned char byte = 0;
+    const char* const digits = text.data() + i + 1;
+    if (text[i] == '%' && i + 2 < text.size() && std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2) {
+      decoded += static_cast<char>(byte);
+      i += 2;
+    } else {
+      decoded += text[i] == '+' && plus_is_space ? ' ' : text[i];
+    }
+  }
+  return decoded;
+}
+
 bool is_field_line(std::string_view line) {
   const auto colon = line.find(':');
   return colon != std::string_view::npos && is_token(line.substr(0, colon)) && is_field_text(line.substr(colon + 1));
@@ -155,6 +187,7 @@ RequestHead parse_head(std::string_view bytes, const HeadLimits& limits) {
   }
   const std::size_t hosts = head.count("Host");
   if (hosts > 1 || (hosts == 0 && head.version == "HTTP/1.1")) malformed("the request must have one Host header");
+  if (!is_authority(head.header("Host"))) malformed("the Host header is not a host");
   refuse_repetition(head);
   settle_framing(head);
   settle_connection(head);

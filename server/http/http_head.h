@@ -42,6 +42,9 @@ struct RequestHead {
 /// transfer_encoding_unsupported, expectation_failed
 RequestHead parse_head(std::string_view bytes, const HeadLimits& limits);
 
+/// The text with each "%" and two hexadecimal digits replaced by its byte. All else stays, such as "%u0041".
+std::string percent_decoded(std::string_view text, bool plus_is_space);
+
 /// Whether a line is a header field: a name, a colon, and a value without control characters.
 bool is_field_line(std::string_view line);
 

@@ -4,8 +4,6 @@
 
 namespace creased {
 
-bool is_terminal(const std::string& state) { return state == "succeeded" || state == "failed" || state == "cancelled"; }
-
 struct JobWatcher::Channel {
   std::mutex mutex;
   std::condition_variable changed;

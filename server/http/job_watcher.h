@@ -9,12 +9,10 @@
 #include <thread>
 #include <unordered_map>
 
+#include "server/jobs/state.h"
 #include "server/store/store.h"
 
 namespace creased {
-
-/// Whether a job in this state can no longer change.
-bool is_terminal(const std::string& state);
 
 /// A job at one version.
 struct JobView {

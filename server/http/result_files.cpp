@@ -18,12 +18,11 @@ using crease::Error;
 using crease::Format;
 using crease::LabelledMesh;
 
-LabelledMesh read_result(const std::filesystem::path& path) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!file.open()) throw Error("store_unavailable", "the result of the job cannot be opened");
-  google::protobuf::io::FileInputStream stream(file.get());
+LabelledMesh parse_result(const std::string& bytes) {
   crease::v1::LabelledMesh message;
-  if (!message.ParseFromZeroCopyStream(&stream)) throw Error("store_unavailable", "the result of the job is damaged");
+  if (bytes.empty() || !message.ParseFromString(bytes)) {
+    throw Error(code::kResultDamaged, "the result of the job cannot be read");
+  }
   return crease::from_message(message);
 }
 
@@ -70,16 +69,21 @@ std::shared_ptr<const OpenFile> ResultFiles::mesh(const crease::v1::Job& job, co
               [&](const LabelledMesh& result) { return format.write(result, extras(job)); });
 }
 
+LabelledMesh ResultFiles::result_of(const std::string& id) { return parse_result(checked_.read(id, file::kResult)); }
+
 std::shared_ptr<const OpenFile> ResultFiles::snapshot(const crease::v1::Job& job, const Format& format) {
-  const auto source = store_.file_path(job.id(), file::kSnapshot);
-  if (!std::filesystem::exists(source)) throw Error("snapshot_unavailable", "the job has not written a snapshot yet");
-  return passing(source, [&](const LabelledMesh& result) { return format.write(result, extras(job)); });
+  const auto source = open_file(store_.file_path(job.id(), file::kSnapshot));
+  if (source == nullptr) throw Error("snapshot_unavailable", "the job has not written a snapshot yet");
+  const Encoding encoding(encoders_);
+  return unkept(
+      format.write(parse_result(read_whole(source->descriptor.get(), "the snapshot of the job")), extras(job)));
 }
 
 std::shared_ptr<const OpenFile> ResultFiles::labels(const crease::v1::Job& job, const Format& format, double min) {
   const auto encode = [&](const LabelledMesh& result) { return format.write_labels(result, min); };
-  if (min > 0) return passing(store_.file_path(job.id(), file::kResult), encode);
-  return kept(job, fmt::format("labels.{}", format.name), encode);
+  if (min <= 0) return kept(job, fmt::format("labels.{}", format.name), encode);
+  const Encoding encoding(encoders_);
+  return unkept(encode(result_of(job.id())));
 }
 
 std::shared_ptr<const OpenFile> ResultFiles::ridges(const crease::v1::Job& job, const Format& format) {
@@ -89,27 +93,23 @@ std::shared_ptr<const OpenFile> ResultFiles::ridges(const crease::v1::Job& job, 
 
 std::shared_ptr<const OpenFile> ResultFiles::kept(const crease::v1::Job& job, const std::string& name,
                                                   const Encode& encode) {
-  const auto path = store_.file_path(job.id(), name);
-  if (auto file = open_file(path)) return file;
+  if (auto file = checked_.open(job.id(), name)) return file;
   const Turn turn(*this, job.id() + "/" + name);
-  if (auto file = open_file(path)) return file;
+  if (auto file = checked_.open(job.id(), name)) return file;
   const Encoding encoding(encoders_);
   try {
-    const std::string bytes = encode(read_result(store_.file_path(job.id(), file::kResult)));
-    if (!store_.charge(job.id(), bytes.size())) return unkept(bytes);
+    const auto path = store_.file_path(job.id(), name);
+    const std::string bytes = encode(result_of(job.id()));
+    // Of what is written here nothing depends on reaching the disk: it can be made again.
+    if (!store_.keep_file(job.id(), {name, bytes.size(), crease::sha256_hex(bytes)})) return unkept(bytes);
     ReplacingFile target(path, "part");
     if (!write_all(target.descriptor(), bytes)) throw file_failure("write", path);
-    target.commit(Durability::kWhole);
+    target.commit(Durability::kNone);
     if (auto file = open_file(path)) return file;
   } catch (const Error&) {
     if (store_.find(job.id())) throw;
   }
   throw Error("job_not_found", "the job was removed");
-}
-
-std::shared_ptr<const OpenFile> ResultFiles::passing(const std::filesystem::path& source, const Encode& encode) {
-  const Encoding encoding(encoders_);
-  return unkept(encode(read_result(source)));
 }
 
 /// A nameless file that vanishes with its last reader, for content that is not kept.

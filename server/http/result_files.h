@@ -11,6 +11,7 @@
 
 #include "core/io/format.h"
 #include "server/http/file_download.h"
+#include "server/store/checked_files.h"
 #include "server/store/store.h"
 
 namespace creased {
@@ -19,7 +20,7 @@ namespace creased {
 /// result.
 class ResultFiles {
  public:
-  explicit ResultFiles(Store& store) : store_(store) {}
+  explicit ResultFiles(Store& store) : store_(store), checked_(store) {}
 
   /// The mesh of a job that succeeded.
   std::shared_ptr<const OpenFile> mesh(const crease::v1::Job& job, const crease::Format& format);
@@ -35,10 +36,11 @@ class ResultFiles {
   class Turn;
 
   std::shared_ptr<const OpenFile> kept(const crease::v1::Job& job, const std::string& name, const Encode& encode);
-  std::shared_ptr<const OpenFile> passing(const std::filesystem::path& source, const Encode& encode);
+  crease::LabelledMesh result_of(const std::string& id);
   std::shared_ptr<const OpenFile> unkept(const std::string& bytes);
 
   Store& store_;
+  CheckedFiles checked_;
   std::mutex mutex_;
   std::condition_variable finished_;
   std::set<std::string> under_way_;

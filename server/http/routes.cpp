@@ -39,7 +39,7 @@ std::vector<std::string> submit_problems() {
           "json_invalid",        "multipart_invalid",    "multipart_part_missing", "multipart_part_unknown",
           "protobuf_invalid",    "idempotency_conflict", "parameter_invalid",      "parameter_out_of_range",
           "queue_full",          "key_queue_full",       "quota_exceeded",         "storage_full",
-          "store_unavailable",   "shutting_down",        "weights_invalid"};
+          "store_unavailable",   "shutting_down",        "weights_invalid",        "process_unavailable"};
 }
 
 Route submit_route() {
@@ -100,8 +100,8 @@ std::vector<Route> job_routes() {
 }
 
 std::vector<Route> result_routes() {
-  const std::vector<std::string> unfinished = {"job_not_found", "job_not_finished", "job_failed", "job_cancelled",
-                                               "parameter_invalid"};
+  const std::vector<std::string> unfinished = {"job_not_found", "result_damaged", "job_not_finished",
+                                               "job_failed",    "job_cancelled",  "parameter_invalid"};
   auto with = [&](std::vector<std::string> more) {
     more.insert(more.begin(), unfinished.begin(), unfinished.end());
     return more;

@@ -14,6 +14,7 @@
 
 #include "server/http/api.h"
 #include "server/log.h"
+#include "server/store/health.h"
 #include "server/store/housekeeper.h"
 #include "server/worker/supervisor.h"
 #include "server/worker/worker.h"
@@ -57,6 +58,24 @@ void raise_file_limit() {
   ::setrlimit(RLIMIT_NOFILE, &limit);
 }
 
+/// A server begins with a check of the store; its workers rely on that.
+StoreOptions recovering(StoreOptions options) {
+  options.recover = true;
+  return options;
+}
+
+/// \throw crease::Error process_unavailable when there are fewer files to open than the connections need
+void check_file_limit(const ServeConfig& config) {
+  constexpr std::size_t kPerConnection = 2, kSpare = 128;  // the connection, and the file that it downloads
+  rlimit limit{};
+  const std::size_t needed = config.max_connections * kPerConnection + kSpare;
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= needed) return;
+  throw crease::Error(code::kProcessUnavailable,
+                      fmt::format("{} connections need {} open files, but the limit is {}; raise it (ulimit -n {}) or "
+                                  "lower --max-connections",
+                                  config.max_connections, needed, limit.rlim_cur, needed));
+}
+
 void write_port_file(const std::filesystem::path& path, int port) {
   auto partial = path;
   partial += ".part";
@@ -88,17 +107,20 @@ class Service {
  public:
   Service(const ServeConfig& config, const std::filesystem::path& executable)
       : gate_(gatekeeper_options(config)),
-        store_(open_store(store_options(config.store))),
+        store_(open_store(recovering(store_options(config.store)))),
+        health_(*store_, config.workers > 0),
         inspector_(inspector_options(config, executable)),
         watcher_(*store_, kPoll, [this](const crease::v1::Job& job) { metrics_.count_state(job); }),
         api_({*store_, inspector_, watcher_, metrics_, gate_, shutting_down_, CorsPolicy(config.access.cors_origins),
-              config.max_streams, parameter_settings(config)}),
+              config.max_streams, parameter_settings(config), [this] { return health_.reason(); }}),
         housekeeper_(*store_, kHousekeeping,
                      [this](const std::string& id) {
                        watcher_.refresh(id);
                        metrics_.forget(id);
                      }),
         server_(server_options(config), api_.hooks()) {
+    inspector_.await_start();
+    cancel_jobs_of_revoked_keys();
     api_.attach(server_);
     port_ = server_.bind(config.host, config.port);
     if (config.workers > 0) {
@@ -138,6 +160,15 @@ class Service {
     }
   }
 
+  void cancel_jobs_of_revoked_keys() {
+    if (!gate_.keyed()) return;
+    for (const std::string& owner : store_->busy_owners()) {
+      if (owner.empty() || gate_.knows(owner)) continue;
+      log_event(spdlog::level::info, "the key is revoked, its jobs are cancelled", {{"key", owner}});
+      store_->cancel_all(owner);
+    }
+  }
+
   /// Waits for the signal that ends the service. SIGHUP reloads the keys; a service without keys has none to reload and
   /// ends, as its terminal has closed.
   int await_end() {
@@ -153,6 +184,7 @@ class Service {
     if (!gate_.keyed()) return false;
     try {
       gate_.reload();
+      cancel_jobs_of_revoked_keys();
     } catch (const std::exception& error) {
       log_event(spdlog::level::err, "keys not reloaded, the previous ones stay in use", {{"what", error.what()}});
     }
@@ -180,6 +212,7 @@ class Service {
   std::atomic<bool> shutting_down_{false};
   Gatekeeper gate_;
   std::unique_ptr<Store> store_;
+  Health health_;
   Metrics metrics_;
   Inspector inspector_;
   JobWatcher watcher_;
@@ -195,7 +228,7 @@ class Service {
 int serve(const ServeConfig& config, const std::filesystem::path& executable) {
   raise_file_limit();
   try {
-    std::filesystem::create_directories(config.store.data_dir);
+    check_file_limit(config);
     Service service(config, executable);
     if (!config.port_file.empty()) write_port_file(config.port_file, service.port());
     log_event(spdlog::level::info, "listening",

@@ -9,6 +9,10 @@ namespace creased {
 
 std::string errno_text(int number) { return std::generic_category().message(number); }
 
+bool is_fault_of_store(std::string_view code) {
+  return code == code::kStoreUnavailable || code == code::kStorageFull || code == code::kProcessUnavailable;
+}
+
 crease::Error file_failure(std::string_view action, const std::filesystem::path& path) {
   const int number = errno;
   const bool full = number == ENOSPC || number == EDQUOT;

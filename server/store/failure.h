@@ -5,30 +5,18 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "server/jobs/codes.h"
 
 namespace creased {
-
-/// Error codes of the store and the workers. They are rows of the table of errors, as core's codes are.
-namespace code {
-inline constexpr std::string_view kStoreUnavailable = "store_unavailable";
-inline constexpr std::string_view kStorageFull = "storage_full";
-inline constexpr std::string_view kQuotaExceeded = "quota_exceeded";
-inline constexpr std::string_view kQueueFull = "queue_full";
-inline constexpr std::string_view kKeyQueueFull = "key_queue_full";
-inline constexpr std::string_view kIdempotencyConflict = "idempotency_conflict";
-inline constexpr std::string_view kJobNotFound = "job_not_found";
-inline constexpr std::string_view kWorkerLost = "worker_lost";
-inline constexpr std::string_view kInspectionFailed = "inspection_failed";
-inline constexpr std::string_view kMemoryExhausted = "memory_exhausted";
-inline constexpr std::string_view kTimeLimitExceeded = "time_limit_exceeded";
-inline constexpr std::string_view kInternal = "internal";
-}  // namespace code
 
 /// The message of the operating system for an errno.
 std::string errno_text(int number);
 
-/// Error storage_full when errno says so, otherwise store_unavailable, with the detail "cannot `action` PATH: message
-/// of errno". Call it before errno changes.
+/// Whether an error with this code is the store's own fault, which no job has caused.
+bool is_fault_of_store(std::string_view code);
+
+/// Error storage_full when errno says so, otherwise store_unavailable, with the detail
+/// "cannot `action` PATH: message of errno". Call it before errno changes.
 crease::Error file_failure(std::string_view action, const std::filesystem::path& path);
 
 }  // namespace creased

@@ -11,7 +11,7 @@
 
 namespace creased {
 
-/// Removes expired jobs from its own thread while it exists.
+/// Removes expired jobs, and every hour what killed processes have left, from its own thread while it exists.
 class Housekeeper {
  public:
   /// `on_removed` is called for every removed job.

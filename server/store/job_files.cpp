@@ -1,5 +1,6 @@
 #include "server/store/job_files.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
@@ -39,6 +40,14 @@ void make_folders(const fs::path& path) {
   }
 }
 
+/// Takes the folder's rights from others, unless it belongs to another user or is shared by many, like /tmp.
+void make_private(const fs::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) throw file_failure("use", path);
+  if (status.st_uid != ::geteuid() || (status.st_mode & S_ISVTX) != 0) return;
+  if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) ::chmod(path.c_str(), kPrivate);
+}
+
 bool valid_name(std::string_view name) {
   return !name.empty() && name.front() != '.' && std::ranges::all_of(name, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '_';
@@ -65,8 +74,10 @@ bool untouched_for(const fs::path& path, std::chrono::seconds age) {
 
 }  // namespace
 
-JobFiles::JobFiles(const fs::path& data_dir) : jobs_(data_dir / "jobs"), incoming_(data_dir / "incoming") {
+JobFiles::JobFiles(const fs::path& data_dir)
+    : jobs_(data_dir / "jobs"), incoming_(data_dir / "incoming"), ballast_(data_dir / "ballast") {
   make_folders(fs::absolute(data_dir));
+  make_private(data_dir);
   make_folder(jobs_);
   make_folder(incoming_);
 }
@@ -133,15 +144,22 @@ JobFiles::Room JobFiles::room() const {
   return {std::uint64_t{disk.f_bavail} * disk.f_frsize, std::uint64_t{disk.f_blocks} * disk.f_frsize};
 }
 
+std::uint64_t JobFiles::Room::reserve() const {
+  constexpr std::uint64_t kMost = 64U << 20U, kPart = 20;
+  return std::min(kMost, total / kPart);
+}
+
 void JobFiles::discard(std::string_view id) const {
   // The name contains the id, so that the rest can be found if this process is killed.
   const fs::path source = folder(id), target = incoming_ / fmt::format("removed-{}", id);
   remove_tree(target);
-  if (::rename(source.c_str(), target.c_str()) != 0) {
-    if (errno == ENOENT) return;
+  if (::rename(source.c_str(), target.c_str()) == 0) {
+    sync_path(jobs_);
+    remove_tree(target);
+  } else if (errno != ENOENT) {
     throw file_failure("remove", source);
   }
-  remove_tree(target);
+  sync_path(incoming_);
 }
 
 void JobFiles::probe() const {
@@ -159,10 +177,34 @@ void JobFiles::clean_leftovers(const std::unordered_set<std::string>& known_ids,
   for (const auto& entry : fs::directory_iterator(incoming_)) {
     if (untouched_for(entry.path(), age)) fs::remove_all(entry.path(), ignored);
   }
-  for (const auto& entry : fs::directory_iterator(jobs_)) {
-    const std::string id = entry.path().filename();
-    if (valid_id(id) && !known_ids.contains(id) && untouched_for(entry.path(), age)) discard(id);
+  for (const std::string& id : ids()) {
+    // A folder with an upload or the record of an accepted job is for the recovery at the next start, not for the bin.
+    if (known_ids.contains(id) || fs::exists(path(id, file::kAccepted)) || fs::exists(path(id, file::kUpload)))
+      continue;
+    if (untouched_for(folder(id), age)) discard(id);
   }
+}
+
+std::vector<std::string> JobFiles::ids() const {
+  std::vector<std::string> ids;
+  for (const auto& entry : fs::directory_iterator(jobs_)) {
+    if (const std::string id = entry.path().filename(); valid_id(id)) ids.push_back(id);
+  }
+  std::ranges::sort(ids);
+  return ids;
+}
+
+bool JobFiles::free_ballast() const {
+  std::error_code failed;
+  return fs::remove(ballast_, failed) && !failed;
+}
+
+void JobFiles::take_ballast() const {
+  constexpr off_t kBytes = 4 << 20;
+  const auto now = room();
+  if (fs::exists(ballast_) || now.free < now.reserve() + kBytes) return;
+  const Descriptor file(::open(ballast_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600));
+  if (file.open() && ::posix_fallocate(file.get(), 0, kBytes) != 0) free_ballast();
 }
 
 }  // namespace creased

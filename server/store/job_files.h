@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_set>
+#include <vector>
 
 namespace creased {
 
@@ -36,19 +37,28 @@ class JobFiles {
   /// Free space on the disk for this service, and the total size of the disk.
   struct Room {
     std::uint64_t free = 0, total = 0;
+    /// Space to leave free for the database and for other programs.
+    std::uint64_t reserve() const;
   };
   Room room() const;
-  /// Removes the folder of a job. First moves it away, so that a process that still writes there cannot keep it.
+  /// Removes the folder of a job, durably. First moves it away, so that a process that still writes there cannot keep
+  /// it.
   void discard(std::string_view id) const;
   /// Writes, syncs and removes a small file.
   void probe() const;
   /// Removes what killed processes have left behind, once it is older than `age`.
   void clean_leftovers(const std::unordered_set<std::string>& known_ids, std::chrono::seconds age) const;
+  /// The ids of all folders of jobs.
+  std::vector<std::string> ids() const;
+  /// Frees the space that is kept for the database on a full disk. Returns false when there is none.
+  bool free_ballast() const;
+  /// Takes that space again when there is room.
+  void take_ballast() const;
 
  private:
   std::filesystem::path folder(std::string_view id) const;
 
-  std::filesystem::path jobs_, incoming_;
+  std::filesystem::path jobs_, incoming_, ballast_;
 };
 
 }  // namespace creased

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "crease/v1/job.pb.h"
+#include "server/jobs/life.h"
 #include "server/store/sqlite_connection.h"
 
 namespace creased {
@@ -18,13 +20,33 @@ std::string timestamp(std::int64_t ms);
 /// "SELECT … FROM jobs " and `rest`, with the columns that `read_job` needs.
 std::string select_jobs(std::string_view rest);
 
-/// The job of a row of `select_jobs`. \throw Error store_unavailable when the row is damaged
+/// The job of a row of `select_jobs`. What cannot be read of a damaged row is left out, and the job has failed with
+/// store_unavailable.
 crease::v1::Job read_job(const Query& row);
 /// The position of the job in the order of submission.
 std::int64_t job_seq(const Query& row);
 
+/// The job with this id, if `owner` may see it.
+std::optional<crease::v1::Job> job_of_id(Connection& connection, std::string_view id,
+                                         const std::optional<std::string>& owner = std::nullopt);
+
+/// The columns that `read_life` needs.
+std::string_view life_columns();
+inline constexpr int kLifeColumns = 7;
+Life read_life(const Query& row, int first_column);
+
+/// What an owner, or all together, has in the store.
+struct Usage {
+  std::size_t queued = 0;
+  std::uint64_t bytes = 0;
+};
+Usage usage_of(Connection& connection, const std::optional<std::string>& owner);
+
 /// Warnings as they are stored in the database.
 std::string warnings_bytes(const google::protobuf::RepeatedPtrField<crease::v1::Warning>& warnings);
+
+/// A number of bytes for people, such as "1.5 MiB".
+std::string megabytes(std::uint64_t bytes);
 
 /// Increments the version counter. Every transaction that changes a job does this first.
 void count_change(Connection& connection);

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "proto/convert.h"
-#include "proto/error_table.h"
 #include "server/store/failure.h"
 #include "server/store/job_row.h"
 #include "server/store/sqlite_store.h"
@@ -13,17 +12,40 @@ namespace creased {
 namespace v1 = crease::v1;
 namespace {
 
-// ?1 is the current time.
-constexpr std::string_view kOldestClaimable =
-    "SELECT min(seq) FROM ("
-    "SELECT min(seq) AS seq FROM jobs WHERE state = 'queued'"
-    " UNION ALL "
-    "SELECT min(seq) FROM jobs WHERE state = 'running' AND lease_until <= ?1)";
+// ?1 is the current time and ?2 the longest wait: a time further away than that was written before the clock was set
+// back.
+constexpr std::string_view kDue = "state = 'queued' AND (not_before <= ?1 OR not_before > ?1 + ?2)";
 
-std::optional<std::int64_t> oldest_claimable(Connection& connection, std::int64_t now) {
-  Query row(connection, kOldestClaimable, now);
+// A worker's right to a job.
+constexpr std::string_view kHeldBy = "id = ? AND lease_owner = ? AND attempt = ? AND state = 'running'";
+
+bool anything_to_do(Connection& connection, std::int64_t now) {
+  static const std::string sql = fmt::format(
+      "SELECT EXISTS (SELECT 1 FROM jobs WHERE {})"
+      " OR EXISTS (SELECT 1 FROM jobs WHERE state = 'running' AND lease_until <= ?1)",
+      kDue);
+  Query row(connection, sql, now, kLongestDeferral.count());
   row.next();
-  return row.optional_integer(0);
+  return row.integer(0) != 0;
+}
+
+/// Owners of queued jobs, in the order in which they are served.
+std::vector<std::string> owners_in_order(Connection& connection) {
+  Query rows(connection,
+             "SELECT owner FROM usage LEFT JOIN"
+             " (SELECT owner AS runner, count(*) AS running FROM jobs WHERE state = 'running' GROUP BY owner)"
+             " ON runner = owner WHERE queued > 0 ORDER BY coalesce(running, 0), served, owner");
+  std::vector<std::string> owners;
+  while (rows.next()) owners.push_back(rows.text(0));
+  return owners;
+}
+
+std::optional<std::int64_t> next_of(Connection& connection, const std::string& owner, std::int64_t now) {
+  static const std::string sql =
+      fmt::format("SELECT seq FROM jobs INDEXED BY queue WHERE {} AND owner = ?3 ORDER BY rank, seq LIMIT 1", kDue);
+  Query row(connection, sql, now, kLongestDeferral.count(), owner);
+  if (!row.next()) return std::nullopt;
+  return row.integer(0);
 }
 
 Store::Hold read_hold(Query& row) {
@@ -31,37 +53,24 @@ Store::Hold read_hold(Query& row) {
   return row.integer(0) != 0 ? Store::Hold::kCancelRequested : Store::Hold::kHeld;
 }
 
-/// Points that a lost attempt counts; one that was lost with its server counts one point. So a job that crashes the
-/// whole server still fails in the end, but ordinary restarts do not make it fail.
-constexpr std::uint32_t kStrikesOfAttempt = 4;
-constexpr char kLossEnd = ';';
-
-/// What decides whether a job with a lost attempt is queued again.
-struct LostAttempt {
-  Claim claim;
-  bool cancel_requested = false, progressed = false;
-  std::uint32_t strikes = 0;
-  std::string losses, progress;
+/// A running job, inside a transaction.
+struct RunningJob {
+  std::string id;
+  Life life;
+  std::string progress;
 };
 
-// ?1 and ?2 belong to the condition.
-std::vector<LostAttempt> lost_attempts(Connection& connection, std::string_view condition, std::string_view text,
-                                       std::int64_t number) {
-  Query rows(connection,
-             fmt::format("SELECT id, lease_owner, attempt, cancel_requested, progressed, strikes, losses, progress"
-                         " FROM jobs WHERE state = 'running' AND {}",
-                         condition),
-             text, number);
-  std::vector<LostAttempt> lost;
-  while (rows.next()) {
-    lost.push_back({{rows.text(0), rows.text(1), static_cast<std::uint32_t>(rows.integer(2))},
-                    rows.integer(3) != 0,
-                    rows.integer(4) != 0,
-                    static_cast<std::uint32_t>(rows.integer(5)),
-                    rows.text(6),
-                    rows.text(7)});
-  }
-  return lost;
+RunningJob read_running(const Query& row) { return {row.text(0), read_life(row, 1), row.text(1 + kLifeColumns)}; }
+
+std::string select_running(std::string_view condition) {
+  return fmt::format("SELECT id, {}, progress FROM jobs WHERE {}", life_columns(), condition);
+}
+
+std::optional<RunningJob> held(Connection& connection, const Claim& claim) {
+  static const std::string sql = select_running(kHeldBy);
+  Query row(connection, sql, claim.job_id, claim.owner, claim.attempt);
+  if (!row.next()) return std::nullopt;
+  return read_running(row);
 }
 
 v1::Progress queued_progress(const v1::Progress& former) {
@@ -71,92 +80,6 @@ v1::Progress queued_progress(const v1::Progress& former) {
   return progress;
 }
 
-std::string queued_progress_bytes(const std::string& former_bytes) {
-  v1::Progress former;
-  former.ParseFromString(former_bytes);
-  return queued_progress(former).SerializeAsString();
-}
-
-std::string lost_error(const LostAttempt& lost, const Loss& loss) {
-  const auto attempts = 1 + std::ranges::count(lost.losses, kLossEnd);
-  const std::string detail = fmt::format("{} attempts in a row were lost: {}", attempts, lost.losses);
-  return crease::to_problem(crease::Error(std::string(loss.code), detail)).SerializeAsString();
-}
-
-void queue_again(Connection& connection, const LostAttempt& lost) {
-  const std::string progress = queued_progress_bytes(lost.progress);
-  Query(connection,
-        "UPDATE jobs SET state = 'queued', started = NULL, strikes = ?, losses = ?, progress = ?, lease_owner = NULL,"
-        " version = (SELECT version FROM change_counter) WHERE id = ?",
-        static_cast<std::int64_t>(lost.strikes), lost.losses, Blob{progress}, lost.claim.job_id)
-      .run();
-  spdlog::warn("job {} queued again: {}", lost.claim.job_id, lost.losses);
-}
-
-/// Removes the working files of an ended job. Returns the number of bytes that it keeps on the disk.
-std::int64_t kept_bytes(const JobFiles& files, std::string_view id) {
-  files.remove_working_files(id);
-  return files.bytes(id);
-}
-
-void end_lost(Connection& connection, const JobFiles& files, const LostAttempt& lost, std::string_view state,
-              const std::string& error, std::int64_t now) {
-  Query(connection,
-        "UPDATE jobs SET state = ?1, finished = ?2, expires = ?2 + retention, error = ?3, losses = ?4,"
-        " bytes = ?5, lease_owner = NULL, version = (SELECT version FROM change_counter) WHERE id = ?6",
-        state, now, Blob{error}, lost.losses, kept_bytes(files, lost.claim.job_id), lost.claim.job_id)
-      .run();
-  spdlog::error("job {} {}: {}", lost.claim.job_id, state, lost.losses);
-}
-
-/// Counts a lost attempt. The count restarts when the attempt made progress, unless it exceeded a limit.
-void lose_attempt(Connection& connection, const JobFiles& files, LostAttempt lost, const Loss& loss,
-                  std::uint32_t max_attempts, std::int64_t now) {
-  const std::string what = fmt::format("attempt {} {}", lost.claim.attempt, loss.what);
-  const std::uint32_t strikes = loss.with_server ? 1 : kStrikesOfAttempt;
-  const bool count_anew = (lost.progressed && !loss.by_limit) || lost.strikes == 0;
-  lost.losses = count_anew ? what : fmt::format("{}{} {}", lost.losses, kLossEnd, what);
-  lost.strikes = count_anew ? strikes : lost.strikes + strikes;
-  if (lost.cancel_requested) {
-    end_lost(connection, files, lost, "cancelled", {}, now);
-  } else if (lost.strikes >= max_attempts * kStrikesOfAttempt) {
-    end_lost(connection, files, lost, "failed", lost_error(lost, loss), now);
-  } else {
-    queue_again(connection, lost);
-  }
-}
-
-void lose_expired(Connection& connection, const JobFiles& files, std::int64_t now, std::uint32_t max_attempts) {
-  const Loss loss{.what = "stopped responding: its lease expired"};
-  for (LostAttempt& lost : lost_attempts(connection, "?1 = '' AND lease_until <= ?2", "", now)) {
-    lose_attempt(connection, files, std::move(lost), loss, max_attempts, now);
-  }
-}
-
-std::optional<std::int64_t> oldest_queued(Connection& connection) {
-  Query row(connection, "SELECT min(seq) FROM jobs WHERE state = 'queued'");
-  row.next();
-  return row.optional_integer(0);
-}
-
-std::optional<Claim> claim_row(Connection& connection, std::int64_t seq, std::string_view owner, std::int64_t now,
-                               std::int64_t lease_until) {
-  Query row(connection,
-            "UPDATE jobs SET state = 'running', started = ?, attempt = attempt + 1, progressed = 0, lease_owner = ?,"
-            " lease_until = ?, version = (SELECT version FROM change_counter) WHERE seq = ? RETURNING id, attempt",
-            now, owner, lease_until, seq);
-  row.next();
-  return Claim{row.text(0), std::string(owner), static_cast<std::uint32_t>(row.integer(1))};
-}
-
-/// The job of a claim that is still valid, read inside a transaction.
-std::optional<v1::Job> held_job(Connection& connection, const Claim& claim) {
-  static const std::string sql = select_jobs("WHERE id = ? AND lease_owner = ? AND attempt = ? AND state = 'running'");
-  Query row(connection, sql, claim.job_id, claim.owner, claim.attempt);
-  if (!row.next()) return std::nullopt;
-  return read_job(row);
-}
-
 v1::Progress finished_progress(v1::Progress progress) {
   progress.set_stage("done");
   progress.set_fraction(1);
@@ -164,48 +87,148 @@ v1::Progress finished_progress(v1::Progress progress) {
   return progress;
 }
 
+std::string progress_after(const RunningJob& job, JobState state) {
+  v1::Progress progress;
+  progress.ParseFromString(job.progress);
+  if (state == JobState::kQueued) return queued_progress(progress).SerializeAsString();
+  if (state == JobState::kSucceeded) return finished_progress(progress).SerializeAsString();
+  return job.progress;
+}
+
+void record(Connection& connection, const std::string& id, const FileRecord& file) {
+  Query(connection, "INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?)", id, file.name,
+        static_cast<std::int64_t>(file.bytes), file.sha256)
+      .run();
+}
+
 }  // namespace
 
-std::optional<Claim> SqliteStore::claim(std::string_view owner, std::chrono::milliseconds lease) {
-  return with_store_errors([&]() -> std::optional<Claim> {
+void SqliteStore::take(Connection& connection, const std::string& id, const std::string& progress,
+                       const Transition& step) {
+  const Life& life = step.life;
+  const std::int64_t now = now_ms();
+  const std::string error = step.error ? step.error->SerializeAsString() : std::string();
+  if (is_terminal(life.state)) files_.remove_working_files(id);
+  count_change(connection);
+  Query(connection,
+        "UPDATE jobs SET state = ?2, attempt = ?3, strikes = ?4, deferrals = ?5, progressed = ?6,"
+        " cancel_requested = ?7, losses = ?8, not_before = ?9, progress = ?10, error = nullif(?11, x''),"
+        " started = iif(?2 = 'queued', NULL, started), lease_owner = iif(?2 = 'running', lease_owner, NULL),"
+        " version = (SELECT version FROM change_counter) WHERE id = ?1",
+        id, name_of(life.state), life.attempt, life.strikes, life.deferrals, int{life.progressed},
+        int{life.cancel_requested}, life.losses, now + step.wait.count(), Blob{progress}, Blob{error})
+      .run();
+  if (!is_terminal(life.state)) return;
+  Query(connection, "UPDATE jobs SET finished = ?1, expires = ?1 + retention, bytes = ?2 WHERE id = ?3", now,
+        files_.bytes(id), id)
+      .run();
+}
+
+/// Takes a step of a claimed job. Returns false when the job no longer belongs to the worker.
+bool SqliteStore::take(const Claim& claim, const std::function<Transition(const Life&)>& step) {
+  return guarded([&] {
+    Writer::Transaction transaction(durable_writer_);
+    const auto job = held(*transaction, claim);
+    if (!job) return false;
+    const Transition taken = step(job->life);
+    take(*transaction, job->id, progress_after(*job, taken.life.state), taken);
+    transaction.commit();
+    log_step(job->id, taken);
+    return true;
+  });
+}
+
+void SqliteStore::log_step(const std::string& id, const Transition& step) {
+  if (step.error) return spdlog::error("job {} failed: {}", id, step.error->detail());
+  if (step.life.state != JobState::kQueued || step.life.losses.empty()) return;
+  spdlog::warn("job {} queued again: {}", id, step.life.losses);
+}
+
+/// The running jobs that `condition` selects lose their attempt. ?1 and ?2 belong to the condition.
+std::size_t SqliteStore::lose_where(Connection& connection, std::string_view condition, std::string_view text,
+                                    std::int64_t number, const Loss& loss) {
+  std::vector<RunningJob> jobs;
+  {
+    Query rows(connection, select_running(fmt::format("state = 'running' AND {}", condition)), text, number);
+    while (rows.next()) jobs.push_back(read_running(rows));
+  }
+  for (const RunningJob& job : jobs) {
+    const Transition step = lost(job.life, loss, max_attempts_);
+    take(connection, job.id, progress_after(job, step.life.state), step);
+    log_step(job.id, step);
+  }
+  return jobs.size();
+}
+
+std::optional<Claim> SqliteStore::claim_next(Connection& connection, std::string_view worker, std::int64_t now,
+                                             std::chrono::milliseconds lease) {
+  for (const std::string& owner : owners_in_order(connection)) {
+    const auto seq = next_of(connection, owner, now);
+    if (!seq) continue;
+    Claim claim;
+    claim.owner = worker;
+    Life life;
+    {
+      Query row(connection, fmt::format("SELECT id, {} FROM jobs WHERE seq = ?", life_columns()), *seq);
+      row.next();
+      claim.job_id = row.text(0);
+      life = claimed(read_life(row, 1));
+    }
+    claim.attempt = life.attempt;
+    Query(connection,
+          "UPDATE jobs SET state = ?, attempt = ?, progressed = ?, started = ?, lease_owner = ?, lease_until = ?,"
+          " version = (SELECT version FROM change_counter) WHERE seq = ?",
+          name_of(life.state), life.attempt, int{life.progressed}, now, worker, now + lease.count(), *seq)
+        .run();
+    Query(connection, "UPDATE usage SET served = (SELECT version FROM change_counter) WHERE owner = ?", owner).run();
+    return claim;
+  }
+  return std::nullopt;
+}
+
+std::optional<Claim> SqliteStore::claim(std::string_view worker, std::chrono::milliseconds lease) {
+  return guarded([&]() -> std::optional<Claim> {
     const std::int64_t now = now_ms();
+    const bool leases_count = leases_.trusted(lease);
     {
       // Idle workers look often, so they look without the write lock first.
       ReaderPool::Loan reader(readers_);
-      if (!oldest_claimable(*reader, now)) return std::nullopt;
+      if (!anything_to_do(*reader, now)) return std::nullopt;
+    }
+    if (suspect_) {
+      if (const std::string reason = not_ready_reason(); !reason.empty()) {
+        throw crease::Error(code::kStoreUnavailable, "no job is claimed: " + reason);
+      }
     }
     Writer::Transaction transaction(writer_);
     count_change(*transaction);
-    lose_expired(*transaction, files_, now, max_attempts_);
-    std::optional<Claim> claim;
-    if (const auto seq = oldest_queued(*transaction)) {
-      claim = claim_row(*transaction, *seq, owner, now, now + lease.count());
+    if (leases_count) {
+      lose_where(*transaction, "?1 = '' AND lease_until <= ?2", "", now,
+                 {.what = "stopped responding: its lease expired"});
     }
+    auto claim = claim_next(*transaction, worker, now, lease);
     transaction.commit();
     return claim;
   });
 }
 
 Store::Hold SqliteStore::check(const Claim& claim) {
-  return with_store_errors([&] {
+  return guarded([&] {
     ReaderPool::Loan reader(readers_);
-    Query row(*reader,
-              "SELECT cancel_requested FROM jobs"
-              " WHERE id = ? AND lease_owner = ? AND attempt = ? AND state = 'running'",
-              claim.job_id, claim.owner, claim.attempt);
+    static const std::string sql = fmt::format("SELECT cancel_requested FROM jobs WHERE {}", kHeldBy);
+    Query row(*reader, sql, claim.job_id, claim.owner, claim.attempt);
     return read_hold(row);
   });
 }
 
 Store::Hold SqliteStore::renew(const Claim& claim, std::chrono::milliseconds lease) {
-  return with_store_errors([&] {
+  return guarded([&] {
     Writer::Transaction transaction(writer_);
     Hold hold = Hold::kLost;
     {
-      Query row(*transaction,
-                "UPDATE jobs SET lease_until = ? WHERE id = ? AND lease_owner = ? AND attempt = ? AND state = 'running'"
-                " RETURNING cancel_requested",
-                now_ms() + lease.count(), claim.job_id, claim.owner, claim.attempt);
+      static const std::string sql =
+          fmt::format("UPDATE jobs SET lease_until = ? WHERE {} RETURNING cancel_requested", kHeldBy);
+      Query row(*transaction, sql, now_ms() + lease.count(), claim.job_id, claim.owner, claim.attempt);
       hold = read_hold(row);
     }
     transaction.commit();
@@ -214,119 +237,73 @@ Store::Hold SqliteStore::renew(const Claim& claim, std::chrono::milliseconds lea
 }
 
 void SqliteStore::publish_progress(const Claim& claim, const v1::Progress& progress) {
-  with_store_errors([&] {
+  guarded([&] {
     const std::string bytes = progress.SerializeAsString();
     Writer::Transaction transaction(writer_);
     count_change(*transaction);
-    Query(*transaction,
-          "UPDATE jobs SET progress = ?, version = (SELECT version FROM change_counter)"
-          " WHERE id = ? AND lease_owner = ? AND attempt = ? AND state = 'running'",
-          Blob{bytes}, claim.job_id, claim.owner, claim.attempt)
+    static const std::string sql =
+        fmt::format("UPDATE jobs SET progress = ?, version = (SELECT version FROM change_counter) WHERE {}", kHeldBy);
+    Query(*transaction, sql, Blob{bytes}, claim.job_id, claim.owner, claim.attempt).run();
+    transaction.commit();
+  });
+}
+
+void SqliteStore::note_checkpoint(const Claim& claim) {
+  guarded([&] {
+    Writer::Transaction transaction(writer_);
+    const auto job = held(*transaction, claim);
+    if (!job || job->life.progressed) return;
+    const Life life = progressed(job->life);
+    Query(*transaction, "UPDATE jobs SET progressed = ?, deferrals = ? WHERE id = ?", int{life.progressed},
+          life.deferrals, job->id)
         .run();
     transaction.commit();
   });
 }
 
-bool SqliteStore::succeed(const Claim& claim, const v1::ResultFacts& result, const std::vector<v1::Warning>& warnings) {
-  return with_store_errors([&] {
+bool SqliteStore::succeed(const Claim& claim, const v1::ResultFacts& result, const std::vector<v1::Warning>& warnings,
+                          const std::vector<FileRecord>& files) {
+  return guarded([&] {
     Writer::Transaction transaction(durable_writer_);
-    auto job = held_job(*transaction, claim);
-    if (!job) return false;
+    const auto running = held(*transaction, claim);
+    if (!running) return false;
+    auto job = job_of_id(*transaction, claim.job_id);
     for (const auto& warning : warnings) crease::add_once(warning, *job->mutable_warnings());
-    const std::string all_warnings = warnings_bytes(job->warnings()), result_bytes = result.SerializeAsString(),
-                      progress = finished_progress(job->progress()).SerializeAsString();
-    count_change(*transaction);
-    Query(
-        *transaction,
-        "UPDATE jobs SET state = 'succeeded', finished = ?1, expires = ?1 + retention, result = ?2, warnings = ?3,"
-        " progress = ?4, bytes = ?5, lease_owner = NULL, version = (SELECT version FROM change_counter) WHERE id = ?6",
-        now_ms(), Blob{result_bytes}, Blob{all_warnings}, Blob{progress}, kept_bytes(files_, claim.job_id),
-        claim.job_id)
+    const std::string all_warnings = warnings_bytes(job->warnings()), result_bytes = result.SerializeAsString();
+    const Life life = ended(running->life, JobState::kSucceeded);
+    take(*transaction, claim.job_id, progress_after(*running, life.state), {life});
+    Query(*transaction, "UPDATE jobs SET result = ?, warnings = ? WHERE id = ?", Blob{result_bytes}, Blob{all_warnings},
+          claim.job_id)
         .run();
+    for (const FileRecord& file : files) record(*transaction, claim.job_id, file);
     transaction.commit();
     return true;
   });
 }
 
 bool SqliteStore::fail(const Claim& claim, const v1::Problem& problem) {
-  return with_store_errors([&] {
-    const std::string error = problem.SerializeAsString();
-    Writer::Transaction transaction(durable_writer_);
-    count_change(*transaction);
-    const int rows =
-        Query(*transaction,
-              "UPDATE jobs SET state = 'failed', finished = ?1, expires = ?1 + retention, error = ?2,"
-              " bytes = ?3, lease_owner = NULL, version = (SELECT version FROM change_counter)"
-              " WHERE id = ?4 AND lease_owner = ?5 AND attempt = ?6 AND state = 'running'",
-              now_ms(), Blob{error}, kept_bytes(files_, claim.job_id), claim.job_id, claim.owner, claim.attempt)
-            .run();
-    transaction.commit();
-    return rows > 0;
-  });
+  return take(claim, [&](const Life& life) { return Transition{ended(life, JobState::kFailed), {}, problem}; });
 }
 
 bool SqliteStore::finish_cancelled(const Claim& claim) {
-  return with_store_errors([&] {
-    Writer::Transaction transaction(durable_writer_);
-    count_change(*transaction);
-    const int rows = Query(*transaction,
-                           "UPDATE jobs SET state = 'cancelled', finished = ?1, expires = ?1 + retention, bytes = ?2,"
-                           " lease_owner = NULL, version = (SELECT version FROM change_counter)"
-                           " WHERE id = ?3 AND lease_owner = ?4 AND attempt = ?5 AND state = 'running'",
-                           now_ms(), kept_bytes(files_, claim.job_id), claim.job_id, claim.owner, claim.attempt)
-                         .run();
-    transaction.commit();
-    return rows > 0;
-  });
+  return take(claim, [](const Life& life) { return Transition{ended(life, JobState::kCancelled)}; });
 }
 
 bool SqliteStore::put_back(const Claim& claim) {
-  return with_store_errors([&] {
-    Writer::Transaction transaction(durable_writer_);
-    const auto job = held_job(*transaction, claim);
-    if (!job) return false;
-    const std::string progress = queued_progress(job->progress()).SerializeAsString();
-    count_change(*transaction);
-    Query(*transaction,
-          "UPDATE jobs SET state = iif(cancel_requested, 'cancelled', 'queued'),"
-          " finished = iif(cancel_requested, ?1, NULL), expires = iif(cancel_requested, ?1 + retention, NULL), started "
-          "= iif(cancel_requested, started, NULL),"
-          " attempt = attempt - iif(cancel_requested, 0, 1), progress = iif(cancel_requested, progress, ?2),"
-          " lease_owner = NULL,"
-          " version = (SELECT version FROM change_counter) WHERE id = ?3",
-          now_ms(), Blob{progress}, claim.job_id)
-        .run();
-    transaction.commit();
-    return true;
-  });
+  return take(claim, [](const Life& life) { return creased::put_back(life); });
 }
 
-void SqliteStore::note_checkpoint(const Claim& claim) {
-  with_store_errors([&] {
-    Writer::Transaction transaction(writer_);
-    Query(*transaction,
-          "UPDATE jobs SET progressed = 1"
-          " WHERE id = ? AND lease_owner = ? AND attempt = ? AND state = 'running' AND progressed = 0",
-          claim.job_id, claim.owner, claim.attempt)
-        .run();
-    transaction.commit();
-  });
+bool SqliteStore::defer(const Claim& claim, const crease::Error& reason) {
+  suspect_ = true;
+  return take(claim, [&](const Life& life) { return deferred(life, reason); });
 }
 
 bool SqliteStore::lose(const Claim& claim, const Loss& loss) {
-  return with_store_errors([&] {
-    Writer::Transaction transaction(durable_writer_);
-    auto lost = lost_attempts(*transaction, "id = ?1 AND attempt = ?2", claim.job_id, claim.attempt);
-    if (lost.empty() || lost.front().claim.owner != claim.owner) return false;
-    count_change(*transaction);
-    lose_attempt(*transaction, files_, std::move(lost.front()), loss, max_attempts_, now_ms());
-    transaction.commit();
-    return true;
-  });
+  return take(claim, [&](const Life& life) { return lost(life, loss, max_attempts_); });
 }
 
 std::vector<std::string> SqliteStore::busy_workers() {
-  return with_store_errors([&] {
+  return guarded([&] {
     ReaderPool::Loan reader(readers_);
     Query rows(*reader, "SELECT DISTINCT lease_owner FROM jobs WHERE state = 'running'");
     std::vector<std::string> names;
@@ -336,12 +313,37 @@ std::vector<std::string> SqliteStore::busy_workers() {
 }
 
 void SqliteStore::lose_all(std::string_view worker, const Loss& loss) {
-  with_store_errors([&] {
+  guarded([&] {
     Writer::Transaction transaction(durable_writer_);
-    count_change(*transaction);
-    auto all = lost_attempts(*transaction, "lease_owner = ?1 AND ?2", worker, 1);
-    for (LostAttempt& lost : all) lose_attempt(*transaction, files_, std::move(lost), loss, max_attempts_, now_ms());
-    if (!all.empty()) transaction.commit();
+    if (lose_where(*transaction, "lease_owner = ?1 AND ?2", worker, 1, loss) > 0) transaction.commit();
+  });
+}
+
+bool SqliteStore::keep_file(std::string_view id, const FileRecord& file) {
+  const auto room = files_.room();
+  if (room.free < file.bytes + room.reserve()) return false;
+  return guarded([&] {
+    Writer::Transaction transaction(writer_);
+    if (quota_bytes_ > 0 && usage_of(*transaction, std::nullopt).bytes + file.bytes > quota_bytes_) return false;
+    std::int64_t more = static_cast<std::int64_t>(file.bytes);
+    {
+      Query former(*transaction, "SELECT bytes FROM files WHERE job = ? AND name = ?", id, file.name);
+      if (former.next()) more -= former.integer(0);
+    }
+    const int rows = Query(*transaction, "UPDATE jobs SET bytes = bytes + ? WHERE id = ?", more, id).run();
+    if (rows == 0) return false;
+    record(*transaction, std::string(id), file);
+    transaction.commit();
+    return true;
+  });
+}
+
+std::optional<FileRecord> SqliteStore::file_record(std::string_view id, std::string_view name) {
+  return guarded([&]() -> std::optional<FileRecord> {
+    ReaderPool::Loan reader(readers_);
+    Query row(*reader, "SELECT bytes, sha256 FROM files WHERE job = ? AND name = ?", id, name);
+    if (!row.next()) return std::nullopt;
+    return FileRecord{std::string(name), static_cast<std::uint64_t>(row.integer(0)), row.text(1)};
   });
 }
 

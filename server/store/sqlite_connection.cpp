@@ -1,6 +1,10 @@
 #include "server/store/sqlite_connection.h"
 
+#include <sqlite3.h>
+
 #include <utility>
+
+#include "server/store/failure.h"
 
 namespace creased {
 namespace {
@@ -24,9 +28,29 @@ const char* settings(Connection::Role role) {
 
 Connection::Connection(const std::filesystem::path& path, Role role)
     : database_(path.string(), kOpenFlags, kBusyTimeoutMs) {
+  // SQLite opens a file for reading when it cannot open it for writing, and never tries again.
+  if (::sqlite3_db_readonly(database_.getHandle(), "main") != 0) {
+    throw crease::Error(code::kStoreUnavailable, "the database " + path.string() + " can only be read");
+  }
   database_.exec("PRAGMA foreign_keys = ON");
   database_.exec("PRAGMA secure_delete = ON");  // overwrites deleted content in the file
   database_.exec(settings(role));
+}
+
+bool Connection::broken() const {
+  constexpr int kPrimaryCode = 0xff;
+  switch (database_.getErrorCode() & kPrimaryCode) {
+    case SQLITE_IOERR:
+    case SQLITE_CANTOPEN:
+    case SQLITE_READONLY:
+    case SQLITE_NOTADB:
+    case SQLITE_CORRUPT:
+    case SQLITE_PROTOCOL:
+    case SQLITE_FULL:
+      return true;
+    default:
+      return false;
+  }
 }
 
 SQLite::Statement& Connection::prepared(std::string_view sql) {
@@ -68,9 +92,56 @@ std::unique_ptr<Connection> ReaderPool::take() {
 void ReaderPool::give_back(std::unique_ptr<Connection> connection) {
   {
     const std::lock_guard lock(mutex_);
-    idle_.push_back(std::move(connection));
+    if (connection->broken()) {
+      connection.reset();
+      ++unopened_;
+    } else {
+      idle_.push_back(std::move(connection));
+    }
   }
   returned_.notify_one();
+}
+
+Connection& Writer::opened() {
+  if (connection_ == nullptr) connection_ = std::make_unique<Connection>(path_, role_);
+  return *connection_;
+}
+
+bool Writer::empty_log() {
+  constexpr int kPatienceMs = 100;
+  const std::lock_guard lock(mutex_);
+  sqlite3* const database = opened().database().getHandle();
+  ::sqlite3_busy_timeout(database, kPatienceMs);
+  const int result = ::sqlite3_wal_checkpoint_v2(database, nullptr, SQLITE_CHECKPOINT_TRUNCATE, nullptr, nullptr);
+  ::sqlite3_busy_timeout(database, kBusyTimeoutMs);
+  if (connection_->broken()) connection_.reset();
+  return result == SQLITE_OK;
+}
+
+Writer::Transaction::Transaction(Writer& writer) : lock_(writer.mutex_), writer_(writer) {
+  try {
+    transaction_.emplace(writer_.opened().database(), SQLite::TransactionBehavior::IMMEDIATE);
+  } catch (...) {
+    close_if_broken();
+    throw;
+  }
+}
+
+Writer::Transaction::~Transaction() { close_if_broken(); }
+
+void Writer::Transaction::commit() {
+  try {
+    transaction_->commit();
+  } catch (...) {
+    close_if_broken();
+    throw;
+  }
+}
+
+void Writer::Transaction::close_if_broken() {
+  if (writer_.connection_ == nullptr || !writer_.connection_->broken()) return;
+  transaction_.reset();
+  writer_.connection_.reset();
 }
 
 }  // namespace creased

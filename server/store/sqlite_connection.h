@@ -29,9 +29,12 @@ class Connection {
     kWriter,   ///< a commit survives this process, but may be lost with the machine unless a durable one follows
     kDurable,  ///< a commit is on the disk when it returns
   };
+  /// \throw SQLite::Exception; Error store_unavailable when the database can only be read
   Connection(const std::filesystem::path& path, Role role);
 
   SQLite::Database& database() { return database_; }
+  /// Whether the last call failed so that the connection should be opened anew.
+  bool broken() const;
   SQLite::Statement& prepared(std::string_view sql);
 
  private:
@@ -76,6 +79,7 @@ class ReaderPool {
  public:
   ReaderPool(std::filesystem::path path, std::size_t size);
 
+  /// A connection that failed is closed when it comes back.
   class Loan {
    public:
     explicit Loan(ReaderPool& pool) : pool_(pool), connection_(pool.take()) {}
@@ -100,30 +104,41 @@ class ReaderPool {
   std::vector<std::unique_ptr<Connection>> idle_;
 };
 
-/// A writing connection, shared by any number of threads. It runs one transaction at a time.
+/// A writing connection, shared by any number of threads. It runs one transaction at a time, and is opened anew after a
+/// failure.
 class Writer {
  public:
-  Writer(const std::filesystem::path& path, Connection::Role role) : connection_(path, role) {}
+  Writer(std::filesystem::path path, Connection::Role role) : path_(std::move(path)), role_(role) {}
 
   /// Holds the database's write lock from the start. Rolls back unless committed.
   class Transaction {
    public:
-    explicit Transaction(Writer& writer)
-        : lock_(writer.mutex_),
-          connection_(writer.connection_),
-          transaction_(connection_.database(), SQLite::TransactionBehavior::IMMEDIATE) {}
-    Connection& operator*() { return connection_; }
-    void commit() { transaction_.commit(); }
+    explicit Transaction(Writer& writer);
+    ~Transaction();
+    Transaction(const Transaction&) = delete;
+    Transaction& operator=(const Transaction&) = delete;
+
+    Connection& operator*() { return *writer_.connection_; }
+    void commit();
 
    private:
+    void close_if_broken();
+
     std::unique_lock<std::mutex> lock_;
-    Connection& connection_;
-    SQLite::Transaction transaction_;
+    Writer& writer_;
+    std::optional<SQLite::Transaction> transaction_;
   };
 
+  /// Empties the log, so that no removed content is left in it. Returns false when readers are in the way.
+  bool empty_log();
+
  private:
+  Connection& opened();
+
+  const std::filesystem::path path_;
+  const Connection::Role role_;
   std::mutex mutex_;
-  Connection connection_;
+  std::unique_ptr<Connection> connection_;
 };
 
 }  // namespace creased

@@ -106,6 +106,33 @@ constexpr std::array kMigrations = {
         INSERT OR IGNORE INTO removed VALUES (old.id);
       END;
     )sql",
+    // Adds what makes a job wait and what orders the queue; the share that each owner was served; what the complete
+    // files of a job are; and what workers say of themselves.
+    R"sql(
+      ALTER TABLE jobs ADD COLUMN not_before INTEGER NOT NULL DEFAULT 0;
+      ALTER TABLE jobs ADD COLUMN deferrals INTEGER NOT NULL DEFAULT 0;
+      ALTER TABLE jobs ADD COLUMN rank INTEGER NOT NULL DEFAULT 0;
+      UPDATE jobs SET rank = created;
+      CREATE INDEX queue ON jobs (owner, rank, seq) WHERE state = 'queued';
+      ALTER TABLE usage ADD COLUMN served INTEGER NOT NULL DEFAULT 0;
+      DROP TRIGGER count_new_job;
+      CREATE TRIGGER count_new_job AFTER INSERT ON jobs BEGIN
+        INSERT INTO usage (owner, queued, bytes) VALUES (new.owner, new.state = 'queued', new.bytes)
+          ON CONFLICT (owner) DO UPDATE SET queued = queued + excluded.queued, bytes = bytes + excluded.bytes;
+      END;
+      CREATE TABLE files (
+        job TEXT NOT NULL,
+        name TEXT NOT NULL,
+        bytes INTEGER NOT NULL,
+        sha256 TEXT NOT NULL,
+        PRIMARY KEY (job, name)
+      ) WITHOUT ROWID;
+      CREATE TRIGGER forget_files AFTER DELETE ON jobs BEGIN
+        DELETE FROM files WHERE job = old.id;
+      END;
+      CREATE TABLE clock (boot TEXT NOT NULL, offset INTEGER NOT NULL);
+      CREATE TABLE workers (name TEXT PRIMARY KEY, seen INTEGER NOT NULL, problem TEXT NOT NULL) WITHOUT ROWID;
+    )sql",
 };
 
 int user_version(SQLite::Database& database) { return database.execAndGet("PRAGMA user_version").getInt(); }

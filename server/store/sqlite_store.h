@@ -1,6 +1,12 @@
 #pragma once
 
+#include <atomic>
+#include <functional>
+
+#include "crease/v1/stored.pb.h"
 #include "server/store/job_files.h"
+#include "server/store/job_row.h"
+#include "server/store/lease_trust.h"
 #include "server/store/sqlite_connection.h"
 #include "server/store/store.h"
 
@@ -15,44 +21,81 @@ class SqliteStore final : public Store {
   std::optional<crease::v1::Job> find(std::string_view id, const Owner& owner) override;
   JobPage list(std::string_view state, std::size_t limit, std::string_view cursor, const Owner& owner) override;
   std::optional<crease::v1::Job> cancel(std::string_view id, const Owner& owner) override;
+  void cancel_all(const std::string& owner) override;
+  std::vector<std::string> busy_owners() override;
   bool remove(std::string_view id, const Owner& owner) override;
   std::vector<std::string> remove_expired() override;
-  bool charge(std::string_view id, std::uint64_t bytes) override;
+  void clean_leftovers() override;
   std::uint64_t last_version() override;
   std::vector<JobChange> changes_since(std::uint64_t since) override;
   std::uint64_t version_of(std::string_view id) override;
   std::string not_ready_reason() override;
   std::size_t queued() override;
 
-  std::optional<Claim> claim(std::string_view owner, std::chrono::milliseconds lease) override;
+  std::optional<Claim> claim(std::string_view worker, std::chrono::milliseconds lease) override;
   Hold check(const Claim& claim) override;
   Hold renew(const Claim& claim, std::chrono::milliseconds lease) override;
   void publish_progress(const Claim& claim, const crease::v1::Progress& progress) override;
   void note_checkpoint(const Claim& claim) override;
   bool succeed(const Claim& claim, const crease::v1::ResultFacts& result,
-               const std::vector<crease::v1::Warning>& warnings) override;
+               const std::vector<crease::v1::Warning>& warnings, const std::vector<FileRecord>& files) override;
   bool fail(const Claim& claim, const crease::v1::Problem& problem) override;
   bool finish_cancelled(const Claim& claim) override;
   bool put_back(const Claim& claim) override;
+  bool defer(const Claim& claim, const crease::Error& reason) override;
   bool lose(const Claim& claim, const Loss& loss) override;
   std::vector<std::string> busy_workers() override;
   void lose_all(std::string_view worker, const Loss& loss) override;
+  void note_worker(std::string_view name, std::string_view problem) override;
+  std::vector<WorkerHealth> workers() override;
 
   std::filesystem::path upload_path(std::string_view id) const override;
   std::filesystem::path file_path(std::string_view id, std::string_view name) const override;
   std::filesystem::path temporary_path() override;
+  std::optional<FileRecord> file_record(std::string_view id, std::string_view name) override;
+  bool keep_file(std::string_view id, const FileRecord& file) override;
 
  private:
+  /// Runs `work`, turns errors of SQLite into errors of the store, and remembers that the store has failed.
+  template <class Work>
+  auto guarded(Work&& work) -> decltype(work()) {
+    try {
+      return with_store_errors(work);
+    } catch (const crease::Error& error) {
+      if (is_fault_of_store(error.code())) note_failure();
+      throw;
+    }
+  }
+  void note_failure();
+
   std::string reserve_id(const std::string& fingerprint);
   std::optional<crease::v1::Job> insert(const NewJob& job, const std::string& id);
+  void write_accepted(const NewJob& job, const std::string& id) const;
   void check_room(Connection& connection, const NewJob& job, std::uint64_t bytes) const;
+  bool delete_row(std::string_view id, const Owner& owner);
   void discard_removed();
+  std::string write_fault();
+  void adopt_folders();
+  void adopt(const std::string& id, const crease::v1::StoredJob& accepted);
+  std::int64_t clock_step(Connection& connection);
+  void move_expiry();
+
+  void take(Connection& connection, const std::string& id, const std::string& progress, const Transition& step);
+  bool take(const Claim& claim, const std::function<Transition(const Life&)>& step);
+  static void log_step(const std::string& id, const Transition& step);
+  std::size_t lose_where(Connection& connection, std::string_view condition, std::string_view text, std::int64_t number,
+                         const Loss& loss);
+  static std::optional<Claim> claim_next(Connection& connection, std::string_view worker, std::int64_t now,
+                                         std::chrono::milliseconds lease);
 
   JobFiles files_;
   std::filesystem::path database_;
   std::size_t max_queued_;
   std::uint32_t max_attempts_;
   std::uint64_t quota_bytes_;
+  std::atomic<bool> suspect_{false};  // a write has failed since the last check
+  LeaseTrust leases_;
+  std::atomic<std::int64_t> last_expiry_ms_{0};
   ReaderPool readers_;
   Writer writer_, durable_writer_;
 };

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "crease/v1/job.pb.h"
+#include "server/jobs/life.h"
 #include "server/store/failure.h"
 
 namespace creased {
@@ -34,16 +35,6 @@ struct NewJob {
   std::string request_digest;   ///< must be the same for a retry with the same idempotency key
 };
 
-/// Why an attempt of a job was lost.
-struct Loss {
-  std::string what;                           ///< for example "was killed by signal 11 (SIGSEGV)"
-  std::string_view code = code::kWorkerLost;  ///< error code if this was the last attempt
-  /// The whole service ended. The job is rarely the cause, so this counts as a quarter of an attempt.
-  bool with_server = false;
-  /// Exceeded a limit of memory or time, as the next attempt would. Progress does not reset the count.
-  bool by_limit = false;
-};
-
 /// A worker's right to a job, until its lease expires.
 struct Claim {
   std::string job_id;
@@ -64,14 +55,25 @@ struct JobChange {
   std::uint64_t version = 0;
 };
 
-/// Jobs and their files: the only channel between the HTTP side and the workers. Many threads and processes may use it
-/// at once. The links of a Job are added by the HTTP side.
-class Store {
- public:
-  virtual ~Store() = default;
+/// A complete file of a job, as it was when it was written.
+struct FileRecord {
+  std::string name;
+  std::uint64_t bytes = 0;
+  std::string sha256;  ///< 64 hexadecimal digits
+};
 
-  // HTTP side.
-  // Calls with an `owner` treat the jobs of others as if they did not exist.
+/// What a worker process says of itself.
+struct WorkerHealth {
+  std::string name;
+  std::chrono::milliseconds age{0};  ///< since it said so
+  std::string problem;               ///< why it cannot run jobs; empty when it can
+};
+
+/// What callers ask and order. Calls with an `owner` treat the jobs of others as if they did not exist.
+class JobDesk {
+ public:
+  virtual ~JobDesk() = default;
+
   /// Stores a job; it is on the disk when the call returns. If the owner has used the idempotency key before, returns
   /// the job of that key and sets `created` to false.
   /// \throw Error idempotency_conflict when the key was used for a different request, queue_full and key_queue_full
@@ -85,64 +87,113 @@ class Store {
   /// Cancels a queued job at once and a running one within a sweep. Leaves an ended job as it is. Returns nullopt when
   /// there is no such job.
   virtual std::optional<crease::v1::Job> cancel(std::string_view id, const Owner& owner = std::nullopt) = 0;
-  /// Removes a job and all its data. Its worker, if any, abandons it. Returns false when there is no such job.
+  /// Cancels all jobs of an owner that have not ended.
+  virtual void cancel_all(const std::string& owner) = 0;
+  /// The owners of jobs that have not ended.
+  virtual std::vector<std::string> busy_owners() = 0;
+  /// Removes a job and all its data, durably. Its worker, if any, abandons it. Returns false when there is no such job.
   virtual bool remove(std::string_view id, const Owner& owner = std::nullopt) = 0;
-  /// Removes jobs whose retention time is over, and what interrupted removals have left. Returns the ids of the jobs.
-  virtual std::vector<std::string> remove_expired() = 0;
-  /// Adds `bytes` to the space that a job uses. Returns false when there is no room or no such job.
-  virtual bool charge(std::string_view id, std::uint64_t bytes) = 0;
+  virtual std::size_t queued() = 0;
+};
+
+/// What changed since when.
+class ChangeFeed {
+ public:
+  virtual ~ChangeFeed() = default;
+
   /// The version grows with every change of any job. changes_since() lists the jobs changed after `since`, the oldest
   /// change first, without removed jobs.
   virtual std::uint64_t last_version() = 0;
   virtual std::vector<JobChange> changes_since(std::uint64_t since) = 0;
   /// The version at which a job last changed; 0 when there is no such job.
   virtual std::uint64_t version_of(std::string_view id) = 0;
-  /// Why the store cannot take jobs, for example a full disk; empty when it can. May throw, too.
-  virtual std::string not_ready_reason() = 0;
-  virtual std::size_t queued() = 0;
+};
 
-  // Worker side.
-  /// Claims the oldest job that is queued or whose lease has expired.
-  virtual std::optional<Claim> claim(std::string_view owner, std::chrono::milliseconds lease) = 0;
+/// What workers do. See jobs/life.h for what becomes of a job.
+class JobQueue {
+ public:
+  virtual ~JobQueue() = default;
+
+  /// Claims a job that is queued and need not wait. Each owner gets its share: next is the owner with the fewest
+  /// running jobs, among these the one that was served longest ago. Of its jobs, the one that was submitted first is
+  /// next, where a job counts as submitted later by the time that it will take, so that small jobs pass large ones and
+  /// none waits for ever. Jobs whose lease has expired lose their attempt first. Nothing is claimed while the store
+  /// cannot write. \throw Error store_unavailable, storage_full
+  virtual std::optional<Claim> claim(std::string_view worker, std::chrono::milliseconds lease) = 0;
   enum class Hold { kHeld, kCancelRequested, kLost };
   /// Whether the job still belongs to this worker, and whether it should stop. Cheap.
   virtual Hold check(const Claim& claim) = 0;
   virtual Hold renew(const Claim& claim, std::chrono::milliseconds lease) = 0;
   virtual void publish_progress(const Claim& claim, const crease::v1::Progress& progress) = 0;
-  /// Records that the job has made progress, so that its earlier lost attempts no longer count.
   virtual void note_checkpoint(const Claim& claim) = 0;
   // Calls that end a claim. They return false and change nothing when the job no longer belongs to this worker.
-  /// A complete job succeeds even if it should have been cancelled. `warnings` are added to those of the submission.
+  /// A complete job succeeds even if it should have been cancelled. `warnings` are added to those of the submission,
+  /// `files` are what the job leaves.
   virtual bool succeed(const Claim& claim, const crease::v1::ResultFacts& result,
-                       const std::vector<crease::v1::Warning>& warnings) = 0;
+                       const std::vector<crease::v1::Warning>& warnings, const std::vector<FileRecord>& files = {}) = 0;
   virtual bool fail(const Claim& claim, const crease::v1::Problem& problem) = 0;
   virtual bool finish_cancelled(const Claim& claim) = 0;
-  /// Returns the job to the queue without counting the attempt. Cancels it instead if that was requested.
   virtual bool put_back(const Claim& claim) = 0;
-  /// Records a lost attempt. The job returns to the queue, or fails after `max_attempts` in a row without progress,
-  /// with a description of each. It is cancelled instead if that was requested.
+  virtual bool defer(const Claim& claim, const crease::Error& reason) = 0;
   virtual bool lose(const Claim& claim, const Loss& loss) = 0;
   /// The names of the workers that hold claims.
   virtual std::vector<std::string> busy_workers() = 0;
   /// Records that a worker has ended: the attempts that it had claimed are lost.
   virtual void lose_all(std::string_view worker, const Loss& loss) = 0;
+  /// Records that a worker lives and why it cannot run jobs, if it cannot.
+  virtual void note_worker(std::string_view name, std::string_view problem) = 0;
+  virtual std::vector<WorkerHealth> workers() = 0;
+};
 
-  // Files. They are written under another name and then renamed, so a reader keeps the file that it has open.
-  // \throw Error job_not_found for text that cannot be a job id
+/// The files of jobs. They are written under another name and then renamed, so a reader keeps the file that it has
+/// open.
+class FileStore {
+ public:
+  virtual ~FileStore() = default;
+
+  /// \throw Error job_not_found for text that cannot be a job id
   virtual std::filesystem::path upload_path(std::string_view id) const = 0;
   virtual std::filesystem::path file_path(std::string_view id, std::string_view name) const = 0;
   /// A new path on the same file system as the jobs' files, for uploads that are being received.
   virtual std::filesystem::path temporary_path() = 0;
+  /// What the store knows of a complete file of a job.
+  virtual std::optional<FileRecord> file_record(std::string_view id, std::string_view name) = 0;
+  /// Records a file made from a job's result, in place of an earlier record, and counts its bytes. Returns false when
+  /// there is no room or no such job.
+  virtual bool keep_file(std::string_view id, const FileRecord& record) = 0;
 };
 
-/// The files of a job, besides its upload.
+/// What has to be done now and then.
+class Upkeep {
+ public:
+  virtual ~Upkeep() = default;
+
+  /// Removes jobs whose retention time is over, and what interrupted removals have left. Returns the ids of the jobs.
+  /// When the clock was set since the last call, the times of expiry move with it.
+  virtual std::vector<std::string> remove_expired() = 0;
+  /// Removes what killed processes have left behind for an hour.
+  virtual void clean_leftovers() = 0;
+  /// Writes and syncs. Returns why the store cannot take jobs, for example a full disk; empty when it can.
+  virtual std::string not_ready_reason() = 0;
+};
+
+/// Jobs and their files: the only channel between the HTTP side and the workers. Many threads and processes may use it
+/// at once. The links of a Job are added by the HTTP side.
+class Store : public JobDesk, public ChangeFeed, public JobQueue, public FileStore, public Upkeep {};
+
+/// The files of a job.
 namespace file {
+inline constexpr std::string_view kUpload = "upload";
 inline constexpr std::string_view kWeights = "weights.json";   ///< as sent; only when weights were sent
 inline constexpr std::string_view kResult = "result.pb";       ///< crease.v1.LabelledMesh
 inline constexpr std::string_view kReport = "report.pb";       ///< crease.v1.Report
 inline constexpr std::string_view kCheckpoint = "checkpoint";  ///< state from which an interrupted run continues
+inline constexpr std::string_view kAccepted = "job.pb";        ///< crease.v1.StoredJob
 inline constexpr std::string_view kSnapshot = "snapshot.pb";   ///< crease.v1.LabelledMesh of a running job
 }  // namespace file
+
+/// What to do with the files of jobs that the database does not know, when the database is new.
+enum class Orphans { kRefuse, kAdopt, kDiscard };
 
 struct StoreOptions {
   std::string url = "sqlite";
@@ -150,6 +201,10 @@ struct StoreOptions {
   std::size_t max_queued = 10'000;
   std::uint32_t max_attempts = 3;
   std::uint64_t quota_bytes = 0;  ///< for all jobs together; 0 for no limit but the disk
+  /// Checks the database, and makes lost rows again from the files. For the first server on a data folder, not for its
+  /// workers.
+  bool recover = false;
+  Orphans orphans = Orphans::kRefuse;
 };
 
 /// Opens or creates a store. \throw Error store_unavailable

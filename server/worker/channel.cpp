@@ -63,7 +63,7 @@ bool wait_readable(int channel, std::optional<std::chrono::steady_clock::time_po
 std::pair<Descriptor, Descriptor> make_channel() {
   std::array<int, 2> ends{};
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-    throw crease::Error(code::kInternal, "cannot make a socket pair: " + errno_text(errno));
+    throw crease::Error(code::kProcessUnavailable, "cannot make a socket pair: " + errno_text(errno));
   }
   return {Descriptor(ends[0]), Descriptor(ends[1])};
 }

@@ -14,7 +14,7 @@ namespace creased {
 
 // Messages, with optional file descriptors, over a socket that keeps their boundaries.
 
-/// Makes two connected ends. \throw crease::Error internal
+/// Makes two connected ends. \throw crease::Error process_unavailable
 std::pair<Descriptor, Descriptor> make_channel();
 
 /// Returns false when the other end is closed.

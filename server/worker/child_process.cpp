@@ -28,12 +28,13 @@ constexpr int kExecFailed = 127;
 struct Launch {
   const char* program;
   char* const* arguments;
+  char* const* environment;
   pid_t parent;
-  int streams;
+  int streams, errors;
   int failure_pipe;
 
   [[noreturn]] void run() const {
-    const int failed = prepare() ? (::execv(program, arguments), errno) : errno;
+    const int failed = prepare() ? (::execve(program, arguments, environment), errno) : errno;
     [[maybe_unused]] const ssize_t written = ::write(failure_pipe, &failed, sizeof failed);
     ::_exit(kExecFailed);
   }
@@ -67,6 +68,7 @@ struct Launch {
   }
 
   bool redirect() const {
+    if (errors >= 0 && ::dup2(errors, STDERR_FILENO) < 0) return false;
     if (streams >= 0) return ::dup2(streams, STDIN_FILENO) >= 0 && ::dup2(streams, STDOUT_FILENO) >= 0;
     const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
     return nothing >= 0 && ::dup2(nothing, STDIN_FILENO) >= 0;
@@ -74,7 +76,9 @@ struct Launch {
 };
 
 crease::Error start_failure(const std::filesystem::path& executable, int number) {
-  return {code::kInternal, fmt::format("cannot start {}: {}", executable.string(), errno_text(number))};
+  const bool for_now = number == EAGAIN || number == ENOMEM || number == EMFILE || number == ENFILE;
+  return {for_now ? code::kProcessUnavailable : code::kInternal,
+          fmt::format("cannot start {}: {}", executable.string(), errno_text(number))};
 }
 
 // glibc 2.36 declares pidfd_open() without C linkage.
@@ -99,10 +103,13 @@ ChildProcess::ChildProcess(const ChildOptions& options) {
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw start_failure(options.executable, errno);
   const Descriptor failure(ends[0]);
   Descriptor failure_writer(ends[1]);
+  char* nothing = nullptr;
   const Launch launch{.program = program.c_str(),
                       .arguments = arguments.data(),
+                      .environment = options.with_environment ? environ : &nothing,
                       .parent = ::getpid(),
                       .streams = options.standard_streams,
+                      .errors = options.standard_error,
                       .failure_pipe = failure_writer.get()};
   id_ = ::fork();
   if (id_ == 0) launch.run();

@@ -15,13 +15,15 @@ struct ChildOptions {
   std::filesystem::path executable;
   std::vector<std::string> arguments;  ///< without the program's name
   int standard_streams = -1;           ///< becomes standard input and output; -1 for /dev/null and the parent's output
+  int standard_error = -1;             ///< -1 for the parent's
+  bool with_environment = true;        ///< of the parent; otherwise it is empty
 };
 
 /// A child process. The destructor kills and reaps it.
 ///
 /// The kernel also kills it when the *thread* that started it ends, so start children from a thread that outlives them.
 /// A child runs in its own process group, so Ctrl-C in a terminal does not reach it. It has default signal handlers,
-/// and of its parent's descriptors only standard error and those in the options.
+/// and of its parent's descriptors only those in the options and what these leave as it is.
 class ChildProcess {
  public:
   /// \throw crease::Error internal when the program cannot be started

@@ -125,13 +125,15 @@ int run_compute() {
   const Confinement confinement;
   warm_up();
   const pid_t self = ::getpid();
+  ThreadBudget threads;
   v1::ComputeTask task;
   std::vector<Descriptor> files;
   while (receive_message(kTasks, task, std::nullopt, &files) == Receipt::kMessage) {
+    task.mutable_limits()->set_threads(threads.now());
     const pid_t child = ::fork();
     if (child == 0) run_task(task, files, confinement, self);
     if (child < 0) {
-      refuse(files.front().get(), {code::kInternal, "cannot start a process: " + errno_text(errno)});
+      refuse(files.front().get(), {code::kProcessUnavailable, "cannot start a process: " + errno_text(errno)});
     }
     files.clear();
     if (!send_message(kTasks, child < 0 ? v1::ComputeExit() : exit_of(child))) break;

@@ -54,8 +54,10 @@ class Timer {
 };
 
 crease::Error write_failure(int number) {
-  return {number == ENOSPC || number == EDQUOT ? code::kStorageFull : code::kStoreUnavailable,
-          "cannot write a file of the job: " + errno_text(number)};
+  // The limit on files is that of this job, so it is not the store's fault.
+  if (number == EFBIG) return {code::kFileLimitExceeded, "needed a file larger than its limit"};
+  errno = number;
+  return file_failure("write", "a file of the job");
 }
 
 void write_message(int file, const google::protobuf::MessageLite& message) {
@@ -92,12 +94,16 @@ class JobComputation {
   crease::CheckedInput check_upload() {
     const crease::Stopwatch stopwatch;
     const MappedFile upload(files_.upload);
+    if (const std::string& accepted = task_.job().input().sha256();
+        !accepted.empty() && crease::sha256_hex(upload.bytes()) != accepted) {
+      throw crease::Error(code::kUploadDamaged, "the upload is not the one that was accepted: its SHA-256 differs");
+    }
     std::optional<MappedFile> weights;
     if (files_.weights >= 0) weights.emplace(files_.weights);
     auto input = crease::check_input(upload.bytes(), crease::format_from_name(task_.job().input().format()),
                                      files_.limits, bytes_of(weights));
     if (crease::to_message(input).weights_sha256() != task_.job().input().weights_sha256()) {
-      throw crease::Error(code::kInternal, "the weights differ from those that the job was submitted with");
+      throw crease::Error(code::kUploadDamaged, "the weights differ from those that the job was submitted with");
     }
     for (const auto& warning : input.warnings) warnings_.push_back(crease::to_message(warning));
     timings_.set_decode_seconds(stopwatch.seconds());

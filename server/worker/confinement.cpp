@@ -1,6 +1,8 @@
 #include "server/worker/confinement.h"
 
 #include <fcntl.h>
+#include <grp.h>
+#include <linux/landlock.h>
 #include <linux/seccomp.h>
 #include <sched.h>
 #include <seccomp.h>
@@ -11,10 +13,16 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <memory>
+#include <string>
 #include <string_view>
+#include <system_error>
+#include <thread>
 
 #include "core/error.h"
 #include "server/store/durable_file.h"
@@ -23,6 +31,9 @@
 
 namespace creased {
 namespace {
+
+// Stands for the id of the confined process in the compiled filter: no process has it.
+constexpr std::uint32_t kOwnProcess = 0x7ffffff5;
 
 using Filter = std::unique_ptr<void, decltype(&::seccomp_release)>;
 
@@ -98,8 +109,9 @@ void allow_computing(const Filter& filter) {
   rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(newfstatat), argument(3, SCMP_CMP_EQ, AT_EMPTY_PATH));
   // Reading limits is allowed, setting them is not.
   rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(prlimit64), argument(2, SCMP_CMP_EQ, 0));
-  // For abort() and raise().
-  rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(tgkill), argument(2, SCMP_CMP_EQ, SIGABRT));
+  // For abort() and raise(): in this process only, whose id enter() puts in.
+  rule(filter, SCMP_ACT_ALLOW, SCMP_SYS(tgkill), argument(0, SCMP_CMP_EQ, kOwnProcess),
+       argument(2, SCMP_CMP_EQ, SIGABRT));
 }
 
 /// Kills the process for calls that only an attack would make.
@@ -148,6 +160,54 @@ void limit(__rlimit_resource resource, rlim_t soft, rlim_t hard) {
 
 void limit(__rlimit_resource resource, rlim_t value) { limit(resource, value, value); }
 
+/// Lowers a limit without raising what is lower already.
+void lower(__rlimit_resource resource, rlim_t value) {
+  rlimit present{};
+  if (::getrlimit(resource, &present) != 0) throw failure("limit", errno);
+  limit(resource, std::min(value, present.rlim_max));
+}
+
+/// The user that tasks run as: nobody, when this is the superuser.
+uid_t task_user() {
+  constexpr uid_t kNobody = 65'534;
+  return ::geteuid() == 0 ? kNobody : ::geteuid();
+}
+
+/// The superuser has no limits of threads and owns too much. Where another user is not to be had, as in a container
+/// without capabilities, the rest of the confinement has to do.
+void leave_root() {
+  const uid_t user = task_user();
+  if (user == ::geteuid() || kSanitized) return;
+  if (::setgroups(0, nullptr) != 0 || ::setgid(user) != 0 || ::setuid(user) != 0) return;
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a change of the user has cleared it
+}
+
+/// With Landlock, where the kernel has it: no file can be opened even if the filter let it through.
+void forbid_files() {
+  landlock_ruleset_attr rules{};
+  rules.handled_access_fs = (LANDLOCK_ACCESS_FS_MAKE_SYM << 1U) - 1;  // everything that its first version knows
+  const Descriptor ruleset(static_cast<int>(::syscall(SYS_landlock_create_ruleset, &rules, sizeof rules, 0)));
+  if (!ruleset.open()) return;
+  if (::syscall(SYS_landlock_restrict_self, ruleset.get(), 0) != 0) throw failure("landlock", errno);
+}
+
+/// The number of threads that a user has on this machine.
+std::uint64_t threads_of(uid_t user) {
+  std::uint64_t sum = 0;
+  std::error_code failed;
+  for (std::filesystem::directory_iterator entry("/proc", failed), end; !failed && entry != end;
+       entry.increment(failed)) {
+    std::ifstream status(entry->path() / "status");
+    std::uint64_t owner = 0, threads = 0;
+    for (std::string word; status >> word;) {
+      if (word == "Uid:") status >> owner;
+      if (word == "Threads:") status >> threads;
+    }
+    if (owner == user) sum += threads;
+  }
+  return sum;
+}
+
 }  // namespace
 
 Confinement::Confinement() {
@@ -162,17 +222,34 @@ Confinement::Confinement() {
 void Confinement::enter(const crease::v1::ComputeLimits& limits) const {
   constexpr rlim_t kDescriptors = 32;
   ::signal(SIGXFSZ, SIG_IGN);  // writing beyond the file size limit makes write() fail instead
+  leave_root();
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_NOFILE, kDescriptors);
   if (limits.file_bytes() > 0) limit(RLIMIT_FSIZE, limits.file_bytes());
   if (limits.cpu_seconds() > 0) limit(RLIMIT_CPU, limits.cpu_seconds(), limits.cpu_seconds() + 1);
   if (limits.memory_bytes() > 0 && !kSanitized) limit(RLIMIT_AS, limits.memory_bytes());
+  if (limits.threads() > 0 && !kSanitized) lower(RLIMIT_NPROC, limits.threads());
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) throw failure("no new privileges", errno);
   if (::prctl(PR_SET_DUMPABLE, 0, 0, 0, 0) != 0) throw failure("no inspection by others", errno);
   if (program_.empty()) return;
-  // The kernel does not modify the program.
-  const sock_fprog program{static_cast<unsigned short>(program_.size()), const_cast<sock_filter*>(program_.data())};
+  forbid_files();
+  std::vector<sock_filter> filter = program_;
+  for (sock_filter& step : filter) {
+    if (BPF_CLASS(step.code) == BPF_JMP && step.k == kOwnProcess) step.k = static_cast<std::uint32_t>(::getpid());
+  }
+  const sock_fprog program{static_cast<unsigned short>(filter.size()), filter.data()};
   if (::syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, 0, &program) != 0) throw failure("filter", errno);
+}
+
+std::uint64_t ThreadBudget::now() {
+  constexpr std::chrono::seconds kValid{10};
+  constexpr std::uint64_t kForAll = 256, kPerProcessor = 64;
+  const auto time = std::chrono::steady_clock::now();
+  if (limit_ == 0 || time - counted_ > kValid) {
+    counted_ = time;
+    limit_ = threads_of(task_user()) + kForAll + kPerProcessor * std::thread::hardware_concurrency();
+  }
+  return limit_;
 }
 
 }  // namespace creased

@@ -2,6 +2,8 @@
 
 #include <linux/filter.h>
 
+#include <chrono>
+#include <cstdint>
 #include <vector>
 
 #include "crease/v1/compute.pb.h"
@@ -17,13 +19,24 @@ class Confinement {
   /// \throw crease::Error internal
   Confinement();
 
-  /// Confines this process for the rest of its life: limits, no new privileges, no core dump, and the filter. Must be
-  /// called while the process has one thread.
+  /// Confines this process for the rest of its life: another user than root, limits, no new privileges, no core dump,
+  /// no files by Landlock where the kernel has it, and the filter. Must be called while the process has one thread.
   /// \throw crease::Error internal
   void enter(const crease::v1::ComputeLimits& limits) const;
 
  private:
   std::vector<sock_filter> program_;
+};
+
+/// How many threads the user of the tasks may have in all: those that it has, and some for a task. Counts them again
+/// when the last count is old.
+class ThreadBudget {
+ public:
+  std::uint64_t now();
+
+ private:
+  std::chrono::steady_clock::time_point counted_;
+  std::uint64_t limit_ = 0;
 };
 
 }  // namespace creased

@@ -19,7 +19,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kFirstPause{100}, kLongestPause{10'000};
+constexpr std::chrono::milliseconds kFirstPause{100}, kLongestPause{10'000}, kLeaveGrace{5'000};
 
 crease::Error to_error(const v1::Problem& problem) {
   if (problem.field().empty()) return {problem.code(), problem.detail(), problem.place()};
@@ -63,11 +63,19 @@ class Inspector::Impl {
       throw crease::Error(code::kInspectionFailed,
                           fmt::format("checking the mesh took longer than {} ms", options_.timeout.count()));
     }
-    while (!sandbox->ended() && sandbox->next_event(deadline)) {
+    // A process that has said what it found has no reason to stay.
+    const auto end = std::min(deadline, Clock::now() + kLeaveGrace);
+    while (!sandbox->ended() && sandbox->next_event(end)) {
     }
     const auto loss = sandbox->ended() ? sandbox->loss() : std::nullopt;
     sandbox->ended() && sandbox->alive() ? give_back(std::move(sandbox)) : discard(std::move(sandbox));
     return outcome(event, loss);
+  }
+
+  void await_start() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return !ids_.empty() || !start_error_.empty(); });
+    if (ids_.empty()) throw crease::Error(code::kProcessUnavailable, start_error_);
   }
 
   std::vector<int> process_ids() const {
@@ -97,7 +105,7 @@ class Inspector::Impl {
     for (;;) {
       changed_.wait(lock, [this] { return !idle_.empty() || stopping_ || !start_error_.empty(); });
       if (stopping_) throw crease::Error(code::kInspectionFailed, "the service is shutting down");
-      if (idle_.empty()) throw crease::Error(code::kInspectionFailed, start_error_);
+      if (idle_.empty()) throw crease::Error(code::kProcessUnavailable, start_error_);
       auto sandbox = std::move(idle_.back());
       idle_.pop_back();
       if (sandbox->alive()) return sandbox;
@@ -186,6 +194,8 @@ Inspection Inspector::inspect(const std::filesystem::path& upload, const std::st
   if (weights_file.open()) files.push_back(weights_file.get());
   return impl_->inspect(std::move(task), files);
 }
+
+void Inspector::await_start() { impl_->await_start(); }
 
 std::vector<int> Inspector::process_ids() const { return impl_->process_ids(); }
 

@@ -38,6 +38,9 @@ class Inspector {
   Inspection inspect(const std::filesystem::path& upload, const std::string& format, const std::string& name,
                      const std::filesystem::path& weights = {});
 
+  /// Waits for the first process. \throw crease::Error when it cannot be started
+  void await_start();
+
   /// The ids of the running processes.
   std::vector<int> process_ids() const;
 

@@ -5,10 +5,12 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "proto/error_table.h"
+#include "server/jobs/needs.h"
 #include "server/store/failure.h"
 #include "server/worker/lease_keeper.h"
 
@@ -24,6 +26,11 @@ constexpr milliseconds kLookEvery{20};
 constexpr milliseconds kStopGrace{3'000};
 /// An attempt may take this many times its limit of processor time, as the machine may have other work.
 constexpr int kWallTimes = 4;
+/// How long the end of an attempt is tried while the store fails, and how often.
+constexpr std::chrono::minutes kSettleTime{10};
+constexpr milliseconds kFirstSettlePause{50}, kLongestSettlePause{2'000};
+/// What a computation may say of itself in one attempt.
+constexpr std::size_t kMostNotes = 20, kLongestNote = 500, kLongestStage = 40;
 
 double seconds_queued(const v1::Job& job) {
   using google::protobuf::util::TimeUtil;
@@ -56,21 +63,11 @@ Durability durability_of(v1::RunFile kind) {
                                      : Durability::kWhole;  // the commit of the report follows and syncs the folder
 }
 
-bool is_fault_of_store(std::string_view error) {
-  return error == code::kStoreUnavailable || error == code::kStorageFull;
-}
-
-/// Limit on the size of a file: several times the largest one, the checkpoint.
-std::uint64_t file_bytes_of(const v1::Job& job) {
-  constexpr std::uint64_t kPerFace = 1024, kPerSweep = 1024, kForm = 1U << 20U;
-  return kForm + job.input().faces() * kPerFace + job.parameters().sweeps() * kPerSweep;
-}
-
 v1::ComputeLimits limits_of(const WorkerOptions& options, const v1::Job& job) {
   v1::ComputeLimits limits;
   limits.set_memory_bytes(options.memory_bytes);
   limits.set_cpu_seconds(options.cpu_seconds);
-  limits.set_file_bytes(file_bytes_of(job));
+  limits.set_file_bytes(needs_of(job.input(), job.parameters().sweeps()).file_bytes);
   limits.set_max_vertices(options.limits.max_vertices);
   limits.set_max_faces(options.limits.max_faces);
   return limits;
@@ -87,27 +84,31 @@ JobRun::JobRun(Store& store, const WorkerOptions& options, Sandbox& sandbox, Cla
       suffix_(fmt::format("{}.{}", claim_.attempt, kPartial)) {}
 
 void JobRun::run() {
+  const LeaseKeeper keeper(store_, claim_, options_.lease, taken_away_);
   try {
-    const LeaseKeeper keeper(store_, claim_, options_.lease, taken_away_);
     work();
+    end(given_up_ ? given_up_ : started_computing_ ? sandbox_.loss() : std::nullopt);
   } catch (const crease::Error& error) {
     if (!sandbox_.ended()) sandbox_.kill();
     if (!is_fault_of_store(error.code())) return end_refused(crease::to_problem(error));
-    log_end(store_.put_back(claim_), "queued again");
-    throw;
+    end_deferred(error);
   }
 }
 
 void JobRun::work() {
   auto job = store_.find(claim_.job_id);
-  if (!job) return log_end(false, "started");
+  if (!job) {
+    taken_away_ = true;
+    return;
+  }
   job_ = std::move(*job);
   spdlog::info("job {} running: attempt {} by {}", claim_.job_id, claim_.attempt, claim_.owner);
   remove_leftovers();
   publish_stage("checking");
   start();
+  started_computing_ = true;
   follow();
-  end(given_up_ ? given_up_ : sandbox_.loss());
+  publish_latest();
 }
 
 void JobRun::start() {
@@ -120,6 +121,9 @@ void JobRun::start() {
   run.set_snapshot_every_ms(static_cast<std::uint32_t>(options_.snapshot_every.count()));
   run.set_checkpoint_every_ms(static_cast<std::uint32_t>(options_.checkpoint_every.count()));
   std::vector<Descriptor> files;
+  if (!std::filesystem::exists(store_.upload_path(claim_.job_id))) {
+    throw crease::Error(code::kUploadDamaged, "the upload of the job has vanished");
+  }
   files.push_back(open_to_read(store_.upload_path(claim_.job_id)));
   if (const auto weights = path(file::kWeights); std::filesystem::exists(weights)) {
     task.set_has_weights(true);
@@ -157,6 +161,7 @@ void JobRun::follow() {
 void JobRun::look() {
   const auto now = Clock::now();
   next_look_ = now + kLookEvery;
+  if (now >= next_publication_) publish_latest();
   if (now - started_ >= std::min(options_.snapshot_every, options_.checkpoint_every) / 2) offer_passing_files();
   if (!stop_by_ && (stop_ || !is_held())) {
     if (stop_) offer_passing_files();
@@ -181,15 +186,14 @@ void JobRun::give_up(Loss loss) {
 void JobRun::handle(const v1::ComputeEvent& event) {
   switch (event.event_case()) {
     case v1::ComputeEvent::kProgress:
-      return publish(event.progress());
+      return receive(event.progress());
     case v1::ComputeEvent::kComplete:
       return complete(event.complete());
     case v1::ComputeEvent::kEnd:
       end_ = event.end();
       return;
     case v1::ComputeEvent::kNote:
-      spdlog::warn("job {}: {}", claim_.job_id, event.note());
-      return;
+      return note(event.note());
     case v1::ComputeEvent::kRefused:
       refused_ = event.refused();
       return;
@@ -213,6 +217,10 @@ void JobRun::complete(v1::RunFile kind) {
   const std::string_view name = name_of(kind);
   if (!target) throw crease::Error(code::kInternal, fmt::format("{} was completed twice", name));
   try {
+    if (!is_passing(kind)) {
+      auto digest = digest_of(target->descriptor(), target->path());
+      records_.push_back({std::string(name), digest.bytes, std::move(digest.sha256)});
+    }
     target->commit(durability_of(kind));
     target.reset();
     if (kind == v1::RUN_FILE_CHECKPOINT) store_.note_checkpoint(claim_);
@@ -221,6 +229,27 @@ void JobRun::complete(v1::RunFile kind) {
     if (!is_passing(kind)) throw;
     spdlog::warn("job {}: {}", claim_.job_id, error.detail());
   }
+}
+
+/// Keeps progress that comes faster than it is published: only the latest counts.
+void JobRun::receive(const v1::Progress& progress) {
+  if (progress.stage().size() > kLongestStage) {
+    throw crease::Error(code::kInternal, "the computing process sent a stage that is too long");
+  }
+  latest_ = progress;
+  if (Clock::now() >= next_publication_) publish_latest();
+}
+
+void JobRun::publish_latest() {
+  if (!latest_) return;
+  next_publication_ = Clock::now() + options_.progress_every / 2;
+  publish(*std::exchange(latest_, std::nullopt));
+}
+
+void JobRun::note(const std::string& text) {
+  if (++notes_ > kMostNotes) return;
+  spdlog::warn("job {}: {}{}", claim_.job_id, text.substr(0, kLongestNote),
+               notes_ == kMostNotes ? " (its further notes are left out)" : "");
 }
 
 void JobRun::publish(const v1::Progress& progress) {
@@ -249,6 +278,7 @@ bool JobRun::is_held() {
 }
 
 void JobRun::end(const std::optional<Loss>& loss) {
+  if (!started_computing_) return log_end(false, "started");
   if (stop_by_ && (loss || refused_ || !end_ || end_->stopped())) return end_early();
   if (refused_) return end_refused(*refused_);
   if (loss) return end_lost(*loss);
@@ -258,41 +288,56 @@ void JobRun::end(const std::optional<Loss>& loss) {
   end_succeeded();
 }
 
-void JobRun::end_early() {
+void JobRun::settle(std::string_view end, const std::function<bool()>& what) {
   files_.clear();
-  switch (store_.check(claim_)) {
-    case Store::Hold::kCancelRequested:
-      return log_end(store_.finish_cancelled(claim_), "cancelled");
-    case Store::Hold::kHeld:
-      remove(file::kSnapshot);
-      return log_end(store_.put_back(claim_), "queued again");
-    case Store::Hold::kLost:
-      return log_end(false, "stopped");
+  const auto deadline = Clock::now() + kSettleTime;
+  auto pause = kFirstSettlePause;
+  for (;;) {
+    try {
+      return log_end(what(), end);
+    } catch (const crease::Error& error) {
+      if (!is_fault_of_store(error.code()) || stop_ || Clock::now() >= deadline) throw;
+      spdlog::warn("job {}: attempt {} {}, but this cannot be stored yet: {}", claim_.job_id, claim_.attempt, end,
+                   error.detail());
+    }
+    std::this_thread::sleep_for(pause);
+    pause = std::min(pause * 2, kLongestSettlePause);
   }
+}
+
+void JobRun::end_early() {
+  remove(file::kSnapshot);
+  settle("queued again or cancelled", [&] {
+    return store_.check(claim_) == Store::Hold::kCancelRequested ? store_.finish_cancelled(claim_)
+                                                                 : store_.put_back(claim_);
+  });
 }
 
 void JobRun::end_succeeded() {
-  files_.clear();
   const std::vector<v1::Warning> warnings(end_->warnings().begin(), end_->warnings().end());
-  log_end(store_.succeed(claim_, end_->result(), warnings), "succeeded");
+  settle("succeeded", [&] { return store_.succeed(claim_, end_->result(), warnings, records_); });
 }
 
 void JobRun::end_refused(const v1::Problem& problem) {
-  files_.clear();
-  if (problem.code() == code::kMemoryExhausted) {
-    return end_lost({.what = problem.detail(), .code = code::kMemoryExhausted, .by_limit = true});
+  if (problem.code() == code::kMemoryExhausted || problem.code() == code::kFileLimitExceeded) {
+    return end_lost(
+        {.what = problem.detail(),
+         .code = problem.code() == code::kMemoryExhausted ? code::kMemoryExhausted : code::kFileLimitExceeded,
+         .by_limit = true});
   }
-  if (is_fault_of_store(problem.code())) {
-    log_end(store_.put_back(claim_), "queued again");
-    throw crease::Error(problem.code(), problem.detail());
-  }
-  log_end(store_.fail(claim_, problem), fmt::format("failed ({}: {})", problem.code(), problem.detail()));
+  if (is_fault_of_store(problem.code())) return end_deferred({problem.code(), problem.detail()});
+  settle(fmt::format("failed ({}: {})", problem.code(), problem.detail()),
+         [&] { return store_.fail(claim_, problem); });
+}
+
+void JobRun::end_deferred(const crease::Error& reason) {
+  remove(file::kSnapshot);
+  settle("queued again: " + reason.detail(), [&] { return store_.defer(claim_, reason); });
 }
 
 void JobRun::end_lost(const Loss& loss) {
-  files_.clear();
   remove(file::kSnapshot);
-  log_end(store_.lose(claim_, loss), "lost: " + loss.what);
+  settle("lost: " + loss.what, [&] { return store_.lose(claim_, loss); });
 }
 
 void JobRun::log_end(bool accepted, std::string_view end) const {

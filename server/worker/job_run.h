@@ -3,10 +3,12 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/base/stopwatch.h"
 #include "crease/v1/compute.pb.h"
@@ -21,9 +23,9 @@ class JobRun {
  public:
   JobRun(Store& store, const WorkerOptions& options, Sandbox& sandbox, Claim claim, const std::atomic<bool>& stop);
 
-  /// Runs the attempt and ends its claim in the store, unless the job was taken away.
-  /// \throw Error store_unavailable, storage_full when the store or the disk failed. The job is queued again, at the
-  /// latest when its lease expires.
+  /// Runs the attempt and ends its claim in the store, unless the job was taken away. While the store fails, the claim
+  /// is kept and its end tried again, so that a sick disk costs no work. \throw Error store_unavailable, storage_full
+  /// when the store did not come back in time, or the worker has to stop
   void run();
 
  private:
@@ -38,7 +40,10 @@ class JobRun {
   void offer(crease::v1::RunFile file);
   void offer_passing_files();
   void complete(crease::v1::RunFile file);
+  void receive(const crease::v1::Progress& progress);
+  void note(const std::string& text);
   void publish(const crease::v1::Progress& progress);
+  void publish_latest();
   void publish_stage(std::string_view stage);
   bool is_held();
 
@@ -46,6 +51,9 @@ class JobRun {
   void end_early();
   void end_succeeded();
   void end_refused(const crease::v1::Problem& problem);
+  void end_deferred(const crease::Error& reason);
+  /// Ends the claim: does `what`, again and again while the store fails.
+  void settle(std::string_view end, const std::function<bool()>& what);
   void end_lost(const Loss& loss);
   void log_end(bool accepted, std::string_view end) const;
 
@@ -64,7 +72,11 @@ class JobRun {
   std::map<crease::v1::RunFile, std::optional<ReplacingFile>> files_;
   const crease::Stopwatch stopwatch_;
   Clock::time_point started_ = Clock::now(), next_look_ = started_;
-  bool passing_files_offered_ = false;
+  bool passing_files_offered_ = false, started_computing_ = false;
+  std::optional<crease::v1::Progress> latest_;  // not published yet
+  Clock::time_point next_publication_ = started_;
+  std::size_t notes_ = 0;
+  std::vector<FileRecord> records_;           // of the complete files of the result
   std::optional<Clock::time_point> stop_by_;  // set when the computation was told to stop
   std::optional<Loss> given_up_;              // set when the computation was killed
   std::optional<crease::v1::RunEnd> end_;

@@ -13,6 +13,7 @@ namespace creased {
 MappedFile::MappedFile(int file) {
   struct stat status {};
   if (::fstat(file, &status) != 0) throw file_failure("read", "a file of the task");
+  if (!S_ISREG(status.st_mode)) throw crease::Error(code::kUploadDamaged, "a file of the job is not a file any more");
   if (status.st_size == 0) return;
   const auto size = static_cast<std::size_t>(status.st_size);
   void* mapping = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0);

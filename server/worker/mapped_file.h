@@ -9,7 +9,7 @@ namespace creased {
 class MappedFile {
  public:
   /// Maps an open descriptor, which may be closed afterwards.
-  /// \throw Error store_unavailable; std::bad_alloc when the address space is too small
+  /// \throw Error store_unavailable, upload_damaged; std::bad_alloc when the address space is too small
   explicit MappedFile(int file);
   ~MappedFile();
   MappedFile(const MappedFile&) = delete;

@@ -15,13 +15,17 @@
 namespace creased {
 
 /// A process (`creased compute`) that forks a confined process for each task. A task can reach only its own files, and
-/// its crash does not affect other tasks. Runs one task at a time.
+/// its crash does not affect other tasks. Runs one task at a time. The processes have an empty environment, and what
+/// they write to standard error comes to this process, which logs a bounded part of it as theirs.
 ///
 /// The process ends with the thread that made this object.
 class Sandbox {
  public:
-  /// \throw crease::Error internal when the program cannot be started
+  /// \throw crease::Error internal, process_unavailable when the program cannot be started
   explicit Sandbox(const std::filesystem::path& executable);
+  ~Sandbox();
+  Sandbox(const Sandbox&) = delete;
+  Sandbox& operator=(const Sandbox&) = delete;
 
   int process_id() const { return process_.id(); }
   /// Whether a task can be started; false when the process has ended.
@@ -29,7 +33,7 @@ class Sandbox {
 
   /// Starts a task. `files` are the upload, then the weights and the checkpoint if the task has them. They may be
   /// closed afterwards.
-  /// \throw crease::Error internal when the process has ended
+  /// \throw crease::Error process_unavailable when the process has ended
   void start(const crease::v1::ComputeTask& task, std::span<const int> files);
 
   /// The next event of the task; nullopt when none came by `deadline` or the task has ended; see ended().
@@ -39,16 +43,20 @@ class Sandbox {
 
   /// Whether the task has ended and all its events were read.
   bool ended() const { return !channel_.open(); }
-  /// Waits for the end of the task and returns why it was lost; nullopt when it ended normally.
+  /// Waits for the end of the task and returns why it was lost; nullopt when it ended normally. A task that has closed
+  /// its channel must end soon after, or it is killed.
   std::optional<Loss> loss();
   /// Kills the task and the process that started it.
   void kill();
 
  private:
-  Sandbox(const std::filesystem::path& executable, std::pair<Descriptor, Descriptor> ends);
+  using Ends = std::pair<Descriptor, Descriptor>;
+  Sandbox(const std::filesystem::path& executable, Ends channel, Ends errors);
+  void log_errors();
 
   ChildProcess process_;
   Descriptor requests_;  // channel to the process that starts tasks
+  Descriptor errors_;    // what the processes write to standard error
   Descriptor channel_;   // channel to the task
   crease::v1::ComputeLimits limits_;
 };

@@ -8,8 +8,10 @@
 #include <cerrno>
 #include <charconv>
 #include <climits>
+#include <condition_variable>
 #include <csignal>
 #include <fstream>
+#include <mutex>
 #include <optional>
 #include <thread>
 
@@ -21,6 +23,47 @@ namespace creased {
 namespace {
 
 constexpr std::chrono::milliseconds kLongestPollPause{2'000};
+constexpr std::chrono::seconds kPulse{2};
+
+/// Tells the store from its own thread that a worker lives, and why it cannot run jobs if it cannot.
+class Pulse {
+ public:
+  Pulse(Store& store, std::string name)
+      : store_(store), name_(std::move(name)), thread_([this](const std::stop_token& ended) { beat(ended); }) {}
+
+  void set_problem(const std::string& problem) {
+    const std::lock_guard lock(mutex_);
+    if (problem == problem_) return;
+    problem_ = problem;
+    changed_ = true;
+    wake_.notify_all();
+  }
+
+ private:
+  void beat(const std::stop_token& ended) {
+    std::unique_lock lock(mutex_);
+    do {
+      changed_ = false;
+      const std::string problem = problem_;
+      lock.unlock();
+      try {
+        store_.note_worker(name_, problem);
+      } catch (const crease::Error& error) {
+        spdlog::debug("worker {}: {}", name_, error.detail());  // silence tells the store's readers as much
+      }
+      lock.lock();
+      wake_.wait_for(lock, ended, kPulse, [this] { return changed_; });
+    } while (!ended.stop_requested());
+  }
+
+  Store& store_;
+  const std::string name_;
+  std::mutex mutex_;
+  std::condition_variable_any wake_;
+  std::string problem_;
+  bool changed_ = false;
+  std::jthread thread_;
+};
 
 /// Runs the next job, if any. Returns whether there was one.
 bool run_next(Store& store, const WorkerOptions& options, std::optional<Sandbox>& sandbox,
@@ -62,12 +105,16 @@ bool is_dead_worker(const std::string& name) {
 int run_worker(Store& store, const WorkerOptions& options, const std::atomic<bool>& stop) {
   auto pause = options.poll;
   std::optional<Sandbox> sandbox;
+  Pulse pulse(store, options.name);
   while (!stop) {
     try {
-      if (run_next(store, options, sandbox, stop)) continue;
+      const bool ran = run_next(store, options, sandbox, stop);
+      pulse.set_problem({});
+      if (ran) continue;
       pause = options.poll;
     } catch (const crease::Error& error) {
       spdlog::error("worker {}: {}", options.name, error.detail());
+      pulse.set_problem(error.detail());
       pause = std::min(pause * 2, kLongestPollPause);
     }
     std::this_thread::sleep_for(pause);

@@ -411,8 +411,11 @@ TEST_F(Durability, AFullDiskIsAClearErrorAndLosesNothing) {
     return refused.status == 507;
   })) << refused.body;
   EXPECT_EQ(refused.code(), "storage_full");
-  const auto ready = server().get("/readyz");
-  EXPECT_EQ(ready.status, 503);
+  RawResponse ready;
+  EXPECT_TRUE(eventually([&] {
+    ready = server().get("/readyz");
+    return ready.status == 503;
+  }));
   EXPECT_EQ(ready.code(), "store_unavailable");
   EXPECT_THAT(ready.body, testing::AnyOf(HasSubstr("No space left"), HasSubstr("disk")));
   EXPECT_EQ(server().get("/v1/jobs/" + running).status, 200) << "stored data can be read";
@@ -423,7 +426,7 @@ TEST_F(Durability, AFullDiskIsAClearErrorAndLosesNothing) {
   EXPECT_THAT(faults_of_store(data_dir(), acknowledged), IsEmpty());
 
   disk.empty();
-  EXPECT_EQ(server().get("/readyz").status, 200);
+  EXPECT_TRUE(eventually([&] { return server().get("/readyz").status == 200; }));
   const auto taken = submit();
   ASSERT_EQ(taken.status, 202) << taken.body;
   for (const auto& id : acknowledged) EXPECT_EQ(server().wait_for_state(id, "succeeded")["state"], "succeeded") << id;

@@ -39,7 +39,10 @@ TEST(AddressTest, RecognisesLoopback) {
 
 TEST(AddressTest, AnIpv6SubscriberIsANetwork) {
   EXPECT_EQ(address("2001:db8:1:2:3::4").subscriber(), address("2001:db8:1:2:ffff::").subscriber());
-  EXPECT_NE(address("2001:db8:1:2::4").subscriber(), address("2001:db8:1:3::4").subscriber());
+  EXPECT_EQ(address("2001:db8:1:2::4").subscriber(), address("2001:db8:1:ff::4").subscriber());
+  EXPECT_NE(address("2001:db8:1:2::4").subscriber(), address("2001:db8:1:102::4").subscriber());
+  EXPECT_EQ(address("2001:db8:1:2::4").site(), address("2001:db8:1:102::4").site());
+  EXPECT_EQ(address("192.0.2.1").site(), "");
   EXPECT_NE(address("192.0.2.1").subscriber(), address("192.0.2.2").subscriber());
 }
 
@@ -60,7 +63,7 @@ TEST(AddressListTest, MatchesAddressesAndBlocks) {
 TEST(ClientOf, IsTakenFromTrustedProxiesOnly) {
   const AddressList trusted({"10.0.0.0/8"});
   const auto client = [&](const std::string& peer, const std::string& forwarded) {
-    return client_of(address(peer), forwarded, trusted).text();
+    return client_of(address(peer), forwarded, trusted).address.text();
   };
   EXPECT_EQ(client("192.0.2.9", "203.0.113.1"), "192.0.2.9") << "anyone can send the header";
   EXPECT_EQ(client("10.0.0.1", "203.0.113.1"), "203.0.113.1");
@@ -70,6 +73,28 @@ TEST(ClientOf, IsTakenFromTrustedProxiesOnly) {
   EXPECT_EQ(client("10.0.0.1", "203.0.113.1, unknown"), "10.0.0.1");
   EXPECT_EQ(client("10.0.0.1", "203.0.113.1,"), "10.0.0.1");
   EXPECT_EQ(client("10.0.0.1", ""), "10.0.0.1");
+  EXPECT_EQ(client("10.0.0.1", "203.0.113.1:4711"), "203.0.113.1");
+  EXPECT_EQ(client("10.0.0.1", "[2001:db8::7]:4711"), "2001:db8::7");
+  EXPECT_EQ(client("10.0.0.1", "[2001:db8::7]"), "2001:db8::7");
+}
+
+TEST(IsLocal, OnlyDirectlyOrByTheLastEntryOfATrustedProxy) {
+  const AddressList trusted({"127.0.0.1", "10.0.0.0/8"});
+  const auto local = [&](const std::string& peer, const std::optional<std::string>& list, bool forwarded = false) {
+    return is_local(address(peer), list, forwarded, trusted);
+  };
+  EXPECT_TRUE(local("127.0.0.1", std::nullopt));
+  EXPECT_TRUE(local("::1", std::nullopt));
+  EXPECT_FALSE(local("10.0.0.1", std::nullopt));
+  EXPECT_TRUE(local("127.0.0.1", "127.0.0.1"));
+  EXPECT_TRUE(local("10.0.0.1", "203.0.113.1, 127.0.0.1:4711"));
+  EXPECT_TRUE(local("10.0.0.1", "[::1]:4711"));
+  for (const char* odd : {"", " ", "unknown", "127.0.0.1,", "127.0.0.1, unknown", "127.0.0.1, 203.0.113.1", "_hidden",
+                          "127.0.0.1:", "127.0.0.1:x", "[127.0.0.1]", "127.0.0.1, 203.0.113.1:80", "localhost"}) {
+    EXPECT_FALSE(local("127.0.0.1", odd)) << odd;
+  }
+  EXPECT_FALSE(local("127.0.0.1", std::nullopt, true)) << "Forwarded is not read";
+  EXPECT_FALSE(local("127.0.0.2", "127.0.0.1")) << "the peer is not trusted";
 }
 
 class RateLimiterTest : public testing::Test {

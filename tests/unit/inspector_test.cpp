@@ -203,7 +203,7 @@ TEST_F(InspectorTest, AProgramThatCannotStartIsAnErrorForTheCaller) {
   broken.executable = "/no/such/program";
   Inspector inspector(broken);
   const auto error = refusal(inspector, write("cube.obj", "v 0 0 0\n"));
-  EXPECT_EQ(error.code(), code::kInspectionFailed);
+  EXPECT_EQ(error.code(), code::kProcessUnavailable);
   EXPECT_THAT(error.detail(), HasSubstr("No such file"));
 }
 

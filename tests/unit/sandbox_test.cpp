@@ -2,6 +2,7 @@
 
 #include <arpa/inet.h>
 #include <fcntl.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <sched.h>
@@ -138,6 +139,42 @@ TEST_F(ConfinementTest, LimitsMemoryProcessorTimeAndFiles) {
   })));
 }
 
+TEST_F(ConfinementTest, SignalsOnlyItself) {
+  const pid_t parent = ::getpid();
+  EXPECT_TRUE(succeeded(confined(limits(), [&] {
+    const bool refused = ::syscall(SYS_tgkill, parent, parent, SIGABRT) < 0 && errno == EPERM;
+    return refused && ::syscall(SYS_tgkill, ::getpid(), ::getpid(), SIGTERM) < 0 ? 0 : 1;
+  })));
+  EXPECT_TRUE(killed(confined(limits(),
+                              [] {
+                                std::abort();
+                                return 0;
+                              }),
+                     SIGABRT));
+}
+
+TEST_F(ConfinementTest, LimitsThreads) {
+  if (::geteuid() != 0) GTEST_SKIP() << "another user's threads count, too";
+  v1::ComputeLimits few = limits();
+  few.set_threads(ThreadBudget().now());
+  EXPECT_TRUE(succeeded(confined(few, [] {
+    std::vector<std::thread> threads;
+    std::atomic<bool> end{false};
+    bool refused = false;
+    for (int i = 0; i < 20'000 && !refused; ++i) {
+      try {
+        threads.emplace_back([&] { end.wait(false); });
+      } catch (const std::system_error&) {
+        refused = true;
+      }
+    }
+    end = true;
+    end.notify_all();
+    for (std::thread& thread : threads) thread.join();
+    return refused && threads.size() >= 64 ? 0 : 1;
+  })));
+}
+
 class SandboxTest : public testing::Test {
  protected:
   Descriptor file(const std::string& bytes) const {
@@ -234,6 +271,14 @@ TEST_F(SandboxTest, ATaskOverItsProcessorTimeIsLostByALimit) {
   EXPECT_EQ(loss->what, "needed more than 1 s of processor time");
   EXPECT_EQ(loss->code, code::kTimeLimitExceeded);
   EXPECT_TRUE(loss->by_limit);
+}
+
+TEST_F(SandboxTest, StandardErrorIsAPipeAndTheEnvironmentIsEmpty) {
+  if (kSanitized) GTEST_SKIP() << "sanitizers have their options there";
+  const Sandbox sandbox(CREASED_BIN);
+  const std::string proc = "/proc/" + std::to_string(sandbox.process_id());
+  EXPECT_THAT(fs::read_symlink(proc + "/fd/2").string(), testing::StartsWith("pipe:"));
+  EXPECT_EQ(crease::test::read_file(proc + "/environ"), "");
 }
 
 TEST_F(SandboxTest, ATaskDiesWithTheProcessThatStartedIt) {

@@ -79,9 +79,11 @@ TEST_F(StoreTest, ADatabaseOfALaterVersionIsNotChanged) {
   submit("abc");
   store_.reset();
   const fs::path path = folder_.path() / "data" / "creased.db";
+  const int present =
+      SQLite::Database(path.string(), SQLite::OPEN_READWRITE).execAndGet("PRAGMA user_version").getInt();
   SQLite::Database(path.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 99");
   EXPECT_EQ(error_code([this] { open(); }), code::kStoreUnavailable);
-  SQLite::Database(path.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 2");
+  SQLite::Database(path.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version = " + std::to_string(present));
   EXPECT_EQ(state("abc"), "queued");
 }
 

@@ -108,8 +108,7 @@ TEST_F(KeepingTest, RemovedDataIsErasedFromTheDatabaseFile) {
   store_.reset();
   ASSERT_TRUE(row_anywhere("a-very-secret-part"));
   EXPECT_TRUE(store().remove("aaa"));
-  store_.reset();  // closing the last connection merges the log into the database
-  EXPECT_FALSE(row_anywhere("a-very-secret-part"));
+  EXPECT_FALSE(row_anywhere("a-very-secret-part")) << "not in the log either";
 }
 
 TEST_F(KeepingTest, JobsOverTheQuotaAreRefusedAndRemovalFreesSpace) {
@@ -134,17 +133,21 @@ TEST_F(KeepingTest, TheBytesOfAJobAreCounted) {
   add(request("aaa", "anna"));
   EXPECT_GT(used("anna"), 0);
   succeed("aaa");
-  EXPECT_EQ(used("anna"), static_cast<std::int64_t>(kMiB + std::string("upload of aaa").size()));
-  EXPECT_TRUE(store().charge("aaa", 1000));
-  EXPECT_EQ(used("anna"), static_cast<std::int64_t>(kMiB + 1000 + std::string("upload of aaa").size()));
-  EXPECT_FALSE(store().charge("bbb", 1000)) << "no such job";
+  const auto kept = static_cast<std::int64_t>(kMiB + std::string("upload of aaa").size() +
+                                              fs::file_size(store().file_path("aaa", file::kAccepted)));
+  EXPECT_EQ(used("anna"), kept);
+  EXPECT_TRUE(store().keep_file("aaa", {"mesh.ply", 1000, "hash"}));
+  EXPECT_TRUE(store().keep_file("aaa", {"mesh.ply", 1000, "of the same file again"}));
+  EXPECT_EQ(used("anna"), kept + 1000);
+  EXPECT_FALSE(store().keep_file("bbb", {"mesh.ply", 1000, "hash"})) << "no such job";
+  EXPECT_EQ(store().file_record("aaa", "mesh.ply").value().sha256, "of the same file again");
   store().remove("aaa");
   EXPECT_EQ(used("anna"), 0);
   store_ = with_quota(2 * kMiB);
   add(request("ccc"));
   succeed("ccc");
-  EXPECT_FALSE(store().charge("ccc", 2 * kMiB));
-  EXPECT_TRUE(store().charge("ccc", kMiB / 2));
+  EXPECT_FALSE(store().keep_file("ccc", {"mesh.ply", 2 * kMiB, "hash"}));
+  EXPECT_TRUE(store().keep_file("ccc", {"mesh.ply", kMiB / 2, "hash"}));
 }
 
 TEST_F(KeepingTest, OwnersSeeOnlyTheirOwnJobs) {

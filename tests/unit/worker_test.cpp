@@ -131,7 +131,7 @@ TEST_F(WorkerTest, AJobWithMissingWeightsFails) {
   store().submit(request, created);
   const Worker worker(store());
   ASSERT_TRUE(reaches("abc", "failed"));
-  EXPECT_EQ(job("abc").error().code(), "internal");
+  EXPECT_EQ(job("abc").error().code(), code::kUploadDamaged);
 }
 
 TEST_F(WorkerTest, TheReportDescribesTheRun) {
