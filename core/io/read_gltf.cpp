@@ -4,7 +4,7 @@
 #include "core/io/gltf.h"
 #include "core/io/mesh_builder.h"
 #include "core/io/read_gltf_scene.h"
-#include "core/io/weld.h"
+#include "core/mesh/position_index.h"
 
 namespace crease {
 namespace {

@@ -6,7 +6,7 @@
 #include "core/io/byte_cursor.h"
 #include "core/io/mesh_builder.h"
 #include "core/io/text_cursor.h"
-#include "core/io/weld.h"
+#include "core/mesh/position_index.h"
 #include "core/io/write_number.h"
 
 namespace crease {
