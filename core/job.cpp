@@ -1,38 +1,72 @@
 #include "core/job.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "core/features/features.h"
 #include "core/io/vertex_weights.h"
+#include "core/job_surface.h"
 #include "core/measure/measure.h"
 
 namespace crease {
 namespace {
 
-ResultFacts result_facts(const CheckedInput& input, const LabelledMesh& result, const Features& features,
-                         double seconds) {
+/// Facts of the surface that was smoothed. Every edge counts once, also where the upload has it twice at a seam.
+ResultFacts result_facts(const JobSurface& surface, double mean_edge_length, const SmoothResult& smoothed,
+                         const Features& features) {
   ResultFacts facts;
-  facts.seconds = seconds;
+  facts.seconds = smoothed.seconds;
   facts.ridge_lines = static_cast<std::uint32_t>(features.ridge_lines.size());
   facts.corners = static_cast<std::uint32_t>(features.corners.size());
   facts.segments = features.segment_count;
-  for (std::size_t e = 0; e < result.edges.size(); ++e) {
-    if (!is_ridge(result.labels[e])) continue;
-    const auto [v0, v1] = result.edges[e];
+  for (std::size_t e = 0; e < smoothed.labels.size(); ++e) {
+    if (!is_ridge(smoothed.labels[e])) continue;
+    const auto [v0, v1] = surface.topology().edges[e];
     ++facts.ridge_edges;
-    facts.ridge_length += (result.mesh.positions[v0] - result.mesh.positions[v1]).norm();
+    facts.ridge_length += (smoothed.positions[v0] - smoothed.positions[v1]).norm();
   }
+  const std::vector<Vec3>& measured = surface.mesh().positions;
   double squares = 0;
-  for (std::size_t v = 0; v < input.mesh.positions.size(); ++v) {
-    const double moved = (result.mesh.positions[v] - input.mesh.positions[v]).norm() / input.facts.mean_edge_length;
+  for (std::size_t v = 0; v < measured.size(); ++v) {
+    const double moved = (smoothed.positions[v] - measured[v]).norm() / mean_edge_length;
     facts.max_displacement = std::max(facts.max_displacement, moved);
     squares += moved * moved;
   }
-  facts.rms_displacement = std::sqrt(squares / static_cast<double>(input.mesh.positions.size()));
-  facts.volume_change = relative_volume_change(input.mesh, input.topology, result.mesh.positions);
+  facts.rms_displacement = std::sqrt(squares / static_cast<double>(measured.size()));
+  facts.volume_change = relative_volume_change(surface.mesh(), surface.topology(), smoothed.positions);
+  facts.choice = smoothed.choice;
   return facts;
 }
+
+/// While it lives, the caller of a run sees sweeps of the surface as sweeps of the upload.
+class ShownSweeps {
+ public:
+  ShownSweeps(RunContext& context, const JobSurface& surface)
+      : context_(context), surface_(surface), on_sweep_(std::move(context.on_sweep)) {
+    context_.on_sweep = nullptr;
+    if (on_sweep_) context_.on_sweep = [this](const SweepView& view) { return show(view); };
+  }
+  ~ShownSweeps() { context_.on_sweep = std::move(on_sweep_); }
+  ShownSweeps(const ShownSweeps&) = delete;
+  ShownSweeps& operator=(const ShownSweeps&) = delete;
+
+ private:
+  bool show(const SweepView& view) const {
+    SweepView shown{view.record, view.sweeps, view.seconds, {}, {}, view.checkpoint};
+    shown.labels = [&] { return surface_.upload_edges(view.labels()); };
+    shown.positions = [&] { return surface_.upload_positions(view.positions()); };
+    shown.dihedral_rad = [&] {
+      return surface_.upload_edges(signed_dihedral_angles(surface_.mesh(), surface_.topology(), view.positions()));
+    };
+    return on_sweep_(shown);
+  }
+
+  RunContext& context_;
+  const JobSurface& surface_;
+  std::function<bool(const SweepView&)> on_sweep_;
+};
 
 void settle_weights(std::vector<double> of_mesh, std::optional<std::string_view> beside, CheckedInput& input) {
   const bool replaced = beside && !of_mesh.empty();
@@ -47,37 +81,58 @@ void settle_weights(std::vector<double> of_mesh, std::optional<std::string_view>
 
 }  // namespace
 
+CheckedInput check_mesh(Mesh mesh, std::vector<double> weights) {
+  require_faces_and_numbers(mesh);
+  CheckedInput input;
+  input.mesh = std::move(mesh);
+  input.weights = std::move(weights);
+  WeldFacts found;
+  input.welded = weld(input.mesh, 0, found);
+  input.topology = build_topology(input.mesh);
+  input.facts = inspect(input.mesh, input.topology, input.welded ? &*input.welded : nullptr, found, input.warnings);
+  return input;
+}
+
 CheckedInput check_input(std::string_view bytes, std::optional<MeshFormat> format, const DecodeLimits& limits,
                          std::optional<std::string_view> weights) {
   DecodedMesh decoded = decode_mesh(bytes, format, limits);
-  CheckedInput input;
-  input.mesh = std::move(decoded.mesh);
+  CheckedInput input = check_mesh(std::move(decoded.mesh));
   input.format = decoded.format;
-  input.warnings = std::move(decoded.warnings);
-  input.topology = build_topology(input.mesh);
-  input.facts = inspect(input.mesh, input.topology, input.warnings);
+  input.warnings.insert(input.warnings.begin(), decoded.warnings.begin(), decoded.warnings.end());
   settle_weights(std::move(decoded.weights), weights, input);
   return input;
 }
 
 JobOutput run_job(const CheckedInput& input, const SmoothOptions& options, RunContext& context) {
-  SmoothResult smoothed = smooth(input.mesh, input.topology, options, context, input.weights);
+  const JobSurface surface(input, options.weld_tolerance);
+  const auto smooth_surface = [&] {
+    const ShownSweeps shown(context, surface);
+    return smooth(surface.mesh(), surface.topology(), options, context, surface.weights());
+  };
+  SmoothResult smoothed = smooth_surface();
+  const Mesh& mesh = surface.mesh();
+  Features features = find_features(mesh, surface.topology(), smoothed.positions, smoothed.labels);
+
   JobOutput output;
+  output.facts = result_facts(surface, input.facts.mean_edge_length, smoothed, features);
   LabelledMesh& result = output.result;
-  result.mesh.positions = std::move(smoothed.positions);
-  result.mesh.triangles = input.mesh.triangles;
+  result.dihedral_rad = surface.upload_edges(signed_dihedral_angles(mesh, surface.topology(), smoothed.positions));
+  result.mesh = {surface.upload_positions(std::move(smoothed.positions)), input.mesh.triangles};
   result.edges = input.topology.edges;
-  result.labels = std::move(smoothed.labels);
-  result.dihedral_rad = signed_dihedral_angles(result.mesh, input.topology, result.mesh.positions);
-  Features features = find_features(result.mesh, input.topology, result.mesh.positions, result.labels);
-  output.facts = result_facts(input, result, features, smoothed.seconds);
-  output.facts.choice = std::move(smoothed.choice);
+  result.labels = surface.upload_edges(std::move(smoothed.labels));
+  features = surface.upload_features(std::move(features));
   result.classes = std::move(features.classes);
   result.segments = std::move(features.segments);
   result.ridge_lines = std::move(features.ridge_lines);
   result.corners = std::move(features.corners);
   output.sweeps = std::move(smoothed.sweeps);
   output.cancelled = smoothed.cancelled;
+  if (const std::uint32_t nearby = surface.welded_nearby(); nearby > 0) {
+    output.warnings.push_back({"vertices_welded_nearby",
+                               fmt::format("{} vertices are within {} mean edge lengths of an earlier one: smoothed as "
+                                           "one, returned at one position",
+                                           nearby, options.weld_tolerance)});
+  }
   return output;
 }
 

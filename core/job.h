@@ -14,7 +14,8 @@ namespace crease {
 struct CheckedInput {
   Mesh mesh;
   MeshFormat format = MeshFormat::kObj;
-  Topology topology;
+  Topology topology;                 ///< of `mesh`
+  std::optional<WeldedMesh> welded;  ///< what is smoothed, where that is not `mesh` itself
   InputFacts facts;
   std::vector<double> weights;  ///< of the likelihood per vertex, at most kMaxWeight; empty for 1 everywhere
   std::vector<Warning> warnings;
@@ -35,8 +36,13 @@ struct JobOutput {
   LabelledMesh result;
   ResultFacts facts;
   std::vector<SweepRecord> sweeps;
+  std::vector<Warning> warnings;  ///< vertices_welded_nearby, with the number of those within the tolerance
   bool cancelled = false;
 };
+
+/// Checks a mesh and finds out what is to be smoothed. `weights` has one per vertex, or is empty.
+/// \throw Error mesh_no_faces, mesh_not_finite, mesh_no_extent
+CheckedInput check_mesh(Mesh mesh, std::vector<double> weights = {});
 
 /// decode → check. `weights` is a JSON array with one for every decoded vertex (of STL: after welding) and goes before
 /// those of the mesh file. Warnings beside those of decode_mesh and inspect: weights_replaced, where both have some;
@@ -45,7 +51,8 @@ struct JobOutput {
 CheckedInput check_input(std::string_view bytes, std::optional<MeshFormat> format, const DecodeLimits& limits = {},
                          std::optional<std::string_view> weights = {});
 
-/// smooth → facts: the one path of the service, `--local` and the tests.
+/// weld → smooth → facts: the one path of the service, `--local` and the tests. Coincident vertices of the upload get
+/// the same result, and their edges the label of the edge between them. Sweeps are shown as those of the upload.
 JobOutput run_job(const CheckedInput& input, const SmoothOptions& options, RunContext& context);
 
 }  // namespace crease

@@ -88,6 +88,7 @@ v1::InputFacts to_message(const InputFacts& facts) {
   message.set_edges(facts.edges);
   message.set_boundary_edges(facts.boundary_edges);
   message.set_nonmanifold_edges(facts.nonmanifold_edges);
+  message.set_coincident_vertices(facts.coincident_vertices);
   message.set_degenerate_faces(facts.degenerate_faces);
   message.set_duplicate_faces(facts.duplicate_faces);
   message.set_isolated_vertices(facts.isolated_vertices);
@@ -227,6 +228,7 @@ InputFacts from_message(const v1::InputFacts& message) {
           .edges = message.edges(),
           .boundary_edges = message.boundary_edges(),
           .nonmanifold_edges = message.nonmanifold_edges(),
+          .coincident_vertices = message.coincident_vertices(),
           .degenerate_faces = message.degenerate_faces(),
           .duplicate_faces = message.duplicate_faces(),
           .isolated_vertices = message.isolated_vertices(),

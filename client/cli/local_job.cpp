@@ -87,6 +87,7 @@ LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& for
   };
   JobOutput output = run_job(input, to_options(job.parameters()), context);
   interruption.check();
+  for (const Warning& warning : output.warnings) *job.add_warnings() = to_message(warning);
 
   job.set_state("succeeded");
   job.mutable_progress()->set_stage("done");

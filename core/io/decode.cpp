@@ -2,11 +2,39 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace crease {
 namespace {
 
+bool has_binary_start(std::string_view bytes) {
+  constexpr std::size_t kStart = 84;
+  return bytes.substr(0, kStart).find('\0') != std::string_view::npos;
+}
+
+/// "UTF-16" or "UTF-32" if the bytes are text in such an encoding, otherwise empty. Without a byte order mark, plain
+/// text in UTF-16 has a NUL in every other byte.
+std::string_view wide_encoding(std::string_view bytes) {
+  using std::string_view_literals::operator""sv;
+  if (bytes.starts_with("\xff\xfe\0\0"sv) || bytes.starts_with("\0\0\xfe\xff"sv)) return "UTF-32";
+  if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff")) return "UTF-16";
+  constexpr std::size_t kLeast = 8, kMost = 64;
+  if (bytes.size() < kLeast) return {};
+  const std::string_view start = bytes.substr(0, std::min(bytes.size(), kMost) / 2 * 2);
+  for (const std::size_t first : {0U, 1U}) {
+    bool fits = true;
+    for (std::size_t i = 0; i < start.size(); ++i) {
+      const auto byte = static_cast<unsigned char>(start[i]);
+      const bool is_text = (byte >= ' ' && byte < 0x7f) || (byte >= '\t' && byte <= '\r');
+      fits = fits && (i % 2 == first ? byte == 0 : is_text);
+    }
+    if (fits) return "UTF-16";
+  }
+  return {};
+}
+
 /// The format to read: the declared one, unless the bytes say which variant of it they are.
-MeshFormat settle_format(std::optional<MeshFormat> declared, std::optional<MeshFormat> seen) {
+MeshFormat settle_format(std::string_view bytes, std::optional<MeshFormat> declared, std::optional<MeshFormat> seen) {
   if (!declared && !seen) {
     throw Error(code::kMeshFormatUnknown,
                 fmt::format("the bytes look like none of {}", title_list(formats_with(&Format::read), "and")),
@@ -15,7 +43,7 @@ MeshFormat settle_format(std::optional<MeshFormat> declared, std::optional<MeshF
   if (!declared || !seen) return declared ? *declared : *seen;
   const Format &wanted = format_row(*declared), &found = format_row(*seen);
   if (wanted.read != nullptr && wanted.read == found.read) return *seen;
-  if (*declared == *seen || wanted.has_free_head) return *declared;
+  if (*declared == *seen || (wanted.has_free_head && has_binary_start(bytes))) return *declared;
   throw Error(code::kMeshSyntax, fmt::format("declared as {}, but the bytes look like {}", wanted.name, found.name),
               "byte 0");
 }
@@ -26,7 +54,11 @@ DecodedMesh decode_mesh(std::string_view bytes, std::optional<MeshFormat> format
   if (bytes.find_first_not_of(" \t\r\n") == std::string_view::npos) {
     throw Error(code::kMeshEmpty, "the file is empty", "byte 0");
   }
-  const MeshFormat settled = settle_format(format, sniff_format(bytes));
+  const std::optional<MeshFormat> seen = sniff_format(bytes);
+  if (const std::string_view encoding = wide_encoding(bytes); !encoding.empty() && !seen) {
+    throw Error(code::kMeshSyntax, fmt::format("the text is encoded in {}; expected UTF-8", encoding), "byte 0");
+  }
+  const MeshFormat settled = settle_format(bytes, format, seen);
   const Format& row = format_row(settled);
   if (row.read == nullptr) {
     throw Error(code::kMeshUnsupported, fmt::format("{} meshes can be written but not read", row.title), "byte 0");

@@ -1,5 +1,7 @@
 #include "core/io/mesh_builder.h"
 
+#include "core/io/polygon.h"
+
 namespace crease {
 namespace {
 
@@ -28,10 +30,26 @@ void MeshBuilder::expect_faces(std::size_t count, std::size_t least_bytes_each, 
   mesh_.triangles.reserve(count);
 }
 
+void MeshBuilder::tile_polygons() {
+  if (polygons_.empty()) return;
+  std::size_t triangles = 0, fans = 0;
+  for (const Polygon& polygon : polygons_) {
+    triangles += polygon.count;
+    fans += tile_polygon(mesh_.positions, {mesh_.triangles.data() + polygon.first, polygon.count}) ? 0 : 1;
+  }
+  warn("polygons_triangulated", fmt::format("{} of more than 3 corners became {} triangles",
+                                            counted(polygons_.size(), "face", "faces"), triangles));
+  if (fans != 0) {
+    warn("polygons_not_tiled", fmt::format("{} cannot be divided into triangles that do not overlap and became fans",
+                                           counted(fans, "polygon", "polygons")));
+  }
+}
+
 MeshContent MeshBuilder::finish() {
-  if (polygons_ != 0) {
-    warn("polygons_triangulated", fmt::format("{} of more than 3 corners became {} triangles",
-                                              counted(polygons_, "face", "faces"), polygon_triangles_));
+  tile_polygons();
+  if (skipped_faces_ != 0) {
+    warn("faces_skipped", fmt::format("skipped {} of fewer than 3 corners; the first is at {}",
+                                      counted(skipped_faces_, "face", "faces"), first_skipped_));
   }
   std::vector<double> final_weights = std::move(weights());
   return {std::move(mesh_), std::move(final_weights), std::move(warnings_)};
@@ -43,10 +61,6 @@ void MeshBuilder::fail_too_large(std::string_view what, std::size_t limit, const
 
 void MeshBuilder::fail_not_finite(const std::string& place) {
   throw Error(code::kMeshNotFinite, "a vertex has a coordinate that is not a finite number", place);
-}
-
-void MeshBuilder::fail_few_corners(std::size_t corners, const std::string& place) {
-  throw Error(code::kMeshSyntax, fmt::format("a face has only {}", counted(corners, "corner", "corners")), place);
 }
 
 void MeshBuilder::fail_index(std::int64_t index, std::size_t count) const {

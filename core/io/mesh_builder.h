@@ -46,18 +46,24 @@ class MeshBuilder {
     weights_[vertex] = weight;
   }
 
-  /// Adds a face of at least three corners. A polygon becomes a fan around its first corner.
-  /// \throw Error mesh_syntax for fewer corners, mesh_too_large
+  /// Adds a face. A polygon becomes a fan around its first corner; finish() mends fans that do not tile it. A face of
+  /// fewer than three corners is skipped with a warning. \throw Error mesh_too_large
   template <typename Place>
   void add_face(std::span<const Index> corners, Place&& place) {
-    if (corners.size() < 3) fail_few_corners(corners.size(), place());
+    if (corners.size() < 3) {
+      if (skipped_faces_++ == 0) first_skipped_ = place();
+      ++faces_;
+      return;
+    }
     if (corners.size() - 2 > limits_.max_faces - mesh_.triangles.size()) {
       fail_too_large("faces", limits_.max_faces, place());
+    }
+    if (corners.size() > 3) {
+      polygons_.push_back({static_cast<Index>(mesh_.triangles.size()), static_cast<Index>(corners.size() - 2)});
     }
     for (std::size_t k = 2; k < corners.size(); ++k) {
       mesh_.triangles.push_back({corners[0], corners[k - 1], corners[k]});
     }
-    if (corners.size() > 3) count_polygon(corners.size());
     ++faces_;
   }
 
@@ -78,26 +84,29 @@ class MeshBuilder {
   }
   const DecodeLimits& limits() const { return limits_; }
 
-  /// Returns the collected content with its warnings.
+  /// Returns the collected content with its warnings, polygons as triangles.
   MeshContent finish();
 
   [[noreturn]] static void fail_too_large(std::string_view what, std::size_t limit, const std::string& place);
 
  private:
   [[noreturn]] static void fail_not_finite(const std::string& place);
-  [[noreturn]] static void fail_few_corners(std::size_t corners, const std::string& place);
   [[noreturn]] void fail_index(std::int64_t index, std::size_t count) const;
-  void count_polygon(std::size_t corners) {
-    ++polygons_;
-    polygon_triangles_ += corners - 2;
-  }
+  void tile_polygons();
+
+  /// A face of more than three corners.
+  struct Polygon {
+    Index first;  ///< of its triangles
+    Index count;
+  };
 
   DecodeLimits limits_;
   Mesh mesh_;
   std::vector<double> weights_;
   std::size_t faces_ = 0;
-  std::size_t polygons_ = 0;
-  std::size_t polygon_triangles_ = 0;
+  std::vector<Polygon> polygons_;
+  std::size_t skipped_faces_ = 0;
+  std::string first_skipped_;
   std::vector<Warning> warnings_;
 };
 

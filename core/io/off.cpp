@@ -11,31 +11,84 @@ namespace crease {
 namespace {
 
 constexpr std::size_t kLeastVertexBytes = 6;  // "0 0 0\n"
-constexpr std::size_t kLeastFaceBytes = 8;    // "3 0 0 0\n"
+constexpr std::size_t kLeastFaceBytes = 2;    // "0\n"
 
-/// Skips the keyword if there is one: OFF, which may follow ST (texture), C (colour) and N (normal). The columns of
-/// these stand after the position.
+/// The keyword OFF in a word: it may follow ST (texture), C (colour) and N (normal), and a number may follow it.
+struct Keyword {
+  bool found = false;
+  bool has_other_dimensions = false;
+  std::size_t length = 0;
+};
+
+Keyword keyword_of(std::string_view word) {
+  const std::string lower_word = lower(word);
+  const std::size_t at = lower_word.find("off");
+  if (at == std::string::npos) return {};
+  const std::string_view prefix(lower_word.data(), at);
+  const std::string_view rest = word.substr(at + 3);
+  if (prefix.find_first_not_of("stcn4") != std::string_view::npos) return {};
+  if (rest.find_first_not_of("0123456789") != std::string_view::npos) return {};
+  const bool n_dimensions = word.substr(0, at).ends_with('n') && word.substr(at).starts_with("OFF");
+  return {true, n_dimensions || prefix.find('4') != std::string_view::npos, at + 3};
+}
+
+/// Skips the keyword if there is one. The columns of what it announces stand after the position.
 void read_keyword(TextCursor& cursor) {
   TextCursor ahead = cursor;
-  std::string_view word = ahead.word();
-  if (!word.ends_with("OFF")) return;
-  const std::string_view extras = word.substr(0, word.size() - 3);
-  if (extras.find_first_of("4n") != std::string_view::npos) {
-    cursor.fail(code::kMeshUnsupported, "only OFF with 3 dimensions is supported");
+  const std::string_view word = ahead.word();
+  const Keyword keyword = keyword_of(word);
+  if (!keyword.found) {
+    if (lower(word).ends_with("off")) {
+      cursor.fail(code::kMeshSyntax, "expected the keyword OFF, found '" + printable(word) + "'");
+    }
+    return;
   }
-  if (extras.find_first_not_of("STCN") != std::string_view::npos) {
-    cursor.fail(code::kMeshSyntax, "expected the keyword OFF, found '" + printable(word) + "'");
+  if (keyword.has_other_dimensions) cursor.fail(code::kMeshUnsupported, "only OFF with 3 dimensions is supported");
+  if (keyword.length == word.size()) {
+    cursor = ahead;
+    if (lower(ahead.word()) == "binary") cursor.fail(code::kMeshUnsupported, "binary OFF is not supported");
+  } else {
+    cursor.return_into(word, keyword.length);
   }
-  cursor = ahead;
-  if (ahead.word() == "BINARY") cursor.fail(code::kMeshUnsupported, "binary OFF is not supported");
+}
+
+struct Counts {
+  std::size_t vertices = 0, faces = 0;
+  std::string place;
+};
+
+/// Reads the counts of vertices, faces and edges, on one line or several. The last may be missing at the end of a line
+/// that has the other two.
+Counts read_counts(TextCursor& cursor) {
+  Counts counts;
+  if (!cursor.skip_to_word()) cursor.fail_expected("the number of vertices");
+  counts.vertices = cursor.count("the number of vertices");
+  counts.faces = cursor.count_on_any_line("the number of faces");
+  counts.place = cursor.place();
+  if (!cursor.at_line_end()) {
+    cursor.skip_line();
+    return counts;
+  }
+  cursor.skip_to_word();
+  TextCursor ahead = cursor;
+  const std::string_view edges = ahead.word();
+  if (!edges.empty() && edges.find_first_not_of("0123456789") == std::string_view::npos && ahead.at_line_end()) {
+    cursor = ahead;
+    cursor.skip_line();
+  }
+  return counts;
 }
 
 void read_vertices(TextCursor& cursor, MeshBuilder& builder, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     if (!cursor.skip_to_word()) cursor.fail_expected("a vertex");
-    const double x = cursor.number("x");
-    const double y = cursor.number("y");
-    const double z = cursor.number("z");
+    const std::size_t line = cursor.line();
+    const double x = cursor.number_on_any_line("x");
+    const double y = cursor.number_on_any_line("y");
+    const double z = cursor.number_on_any_line("z");
+    if (cursor.line() != line && !cursor.at_line_end()) {
+      cursor.fail(code::kMeshSyntax, "the line goes on behind a vertex that began on an earlier line");
+    }
     builder.add_vertex(x, y, z, [&] { return cursor.place(); });
     cursor.skip_line();
   }
@@ -58,10 +111,7 @@ void read_faces(TextCursor& cursor, MeshBuilder& builder, std::size_t count) {
 }  // namespace
 
 Likeness looks_like_off(const Sample& sample) {
-  constexpr std::string_view kOff = "OFF";
-  if (!sample.word.ends_with(kOff)) return Likeness::kUnlike;
-  const std::string_view prefix = sample.word.substr(0, sample.word.size() - kOff.size());
-  return prefix.find_first_not_of("STCN4n") == std::string_view::npos ? Likeness::kText : Likeness::kUnlike;
+  return keyword_of(sample.word).found ? Likeness::kText : Likeness::kUnlike;
 }
 
 MeshContent read_off(std::string_view bytes, const DecodeLimits& limits) {
@@ -69,16 +119,12 @@ MeshContent read_off(std::string_view bytes, const DecodeLimits& limits) {
   MeshBuilder builder(limits);
   if (!cursor.skip_to_word()) cursor.fail_expected("the keyword OFF");
   read_keyword(cursor);
-  if (!cursor.skip_to_word()) cursor.fail_expected("the number of vertices");
-  const std::size_t vertices = cursor.count("the number of vertices");
-  const std::size_t faces = cursor.count("the number of faces");
-  const std::string place = cursor.place();
+  const Counts counts = read_counts(cursor);
   const std::size_t rest = cursor.rest() + 1;  // the last line may lack its line end
-  builder.expect_vertices(vertices, kLeastVertexBytes, rest, place);
-  builder.expect_faces(faces, kLeastFaceBytes, rest - vertices * kLeastVertexBytes, place);
-  cursor.skip_line();
-  read_vertices(cursor, builder, vertices);
-  read_faces(cursor, builder, faces);
+  builder.expect_vertices(counts.vertices, kLeastVertexBytes, rest, counts.place);
+  builder.expect_faces(counts.faces, kLeastFaceBytes, rest - counts.vertices * kLeastVertexBytes, counts.place);
+  read_vertices(cursor, builder, counts.vertices);
+  read_faces(cursor, builder, counts.faces);
   if (cursor.skip_to_word()) {
     builder.warn("trailing_bytes", "ignored everything after the last face, from " + cursor.place());
   }

@@ -17,7 +17,7 @@ constexpr std::size_t kLeastAsciiValueBytes = 2;
 /// The content of a vertex property: a coordinate (0 to 2), the weight, or something that is skipped.
 enum Slot : std::size_t { kWeight = 3, kOther = 4 };
 
-/// A text body with one line per element.
+/// A text body. An element begins on a new line and may go on over several.
 class AsciiBody {
  public:
   explicit AsciiBody(TextCursor cursor) : cursor_(cursor) {}
@@ -30,12 +30,14 @@ class AsciiBody {
       cursor_.fail(code::kMeshSyntax, "the line has more values than the header has properties");
     cursor_.skip_line();
   }
-  double number(PlyType /*type*/) { return cursor_.number("a number"); }
-  std::int64_t integer(PlyType /*type*/) { return cursor_.integer("a vertex index"); }
-  std::size_t length(PlyType /*type*/) { return cursor_.count("a list's length"); }
+  double number(PlyType /*type*/) { return cursor_.number_on_any_line("a number"); }
+  std::int64_t integer(PlyType /*type*/) { return cursor_.integer_on_any_line("a vertex index"); }
+  std::size_t length(PlyType /*type*/) { return cursor_.count_on_any_line("a list's length"); }
   void skip(PlyType /*type*/, std::size_t count) {
     for (; count != 0; --count) {
-      if (cursor_.word().empty()) cursor_.fail_expected("a value");
+      if (cursor_.word().empty() && (!cursor_.skip_to_word() || cursor_.word().empty())) {
+        cursor_.fail_expected("a value");
+      }
     }
   }
   void require(PlyType /*type*/, std::size_t /*count*/) {}
@@ -123,10 +125,13 @@ class BodyReader {
         read_vertices(element);
       } else if (element.name == "face") {
         read_faces(element);
+      } else if (element.name == "tristrips" && has_corner_list(element)) {
+        read_strips(element);
       } else {
         skip_elements(element);
       }
     }
+    warn_of_odd_weights();
     if (body_.has_trailing()) {
       builder_.warn("trailing_bytes", "ignored everything after the last element, from " + body_.place());
     }
@@ -138,7 +143,6 @@ class BodyReader {
     std::size_t bytes = 0;
     for (const PlyProperty& property : element.properties) {
       bytes += Body::least_bytes(property.count_type.value_or(property.type));
-      if (is_corner_list(property) && element.name == "face") bytes += 3 * Body::least_bytes(property.type);
     }
     return bytes;
   }
@@ -229,6 +233,60 @@ class BodyReader {
       builder_.add_face(corners_, [&] { return body_.place(); });
       body_.end_element();
     }
+  }
+
+  static bool has_corner_list(const PlyElement& element) {
+    return std::ranges::any_of(element.properties, is_corner_list);
+  }
+
+  /// Strips of triangles one after another, with −1 between them. Triangles without area that only connect parts of a
+  /// strip are no faces.
+  void read_strips(const PlyElement& element) {
+    const std::size_t list = corner_list(element);
+    for (std::size_t i = 0; i < element.count; ++i) {
+      body_.begin_element();
+      for (std::size_t k = 0; k < element.properties.size(); ++k) {
+        if (k == list) {
+          read_strip(element.properties[k]);
+        } else {
+          skip_property(element.properties[k]);
+        }
+      }
+      body_.end_element();
+    }
+  }
+
+  void read_strip(const PlyProperty& property) {
+    const std::size_t count = body_.length(*property.count_type);
+    body_.require(property.type, count);
+    corners_.clear();
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::int64_t index = body_.integer(property.type);
+      if (index == -1 || (property.type == PlyType::kUint32 && index == kNone)) {
+        corners_.clear();
+        continue;
+      }
+      corners_.push_back(builder_.checked_index(index, vertex_count_));
+      const std::size_t size = corners_.size();
+      if (size < 3) continue;
+      Triangle triangle{corners_[size - 3], corners_[size - 2], corners_[size - 1]};
+      if (size % 2 == 0) std::swap(triangle[0], triangle[1]);
+      const bool connects = triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0];
+      if (!connects) builder_.add_face(triangle, [&] { return body_.place(); });
+    }
+  }
+
+  /// Other programs give a property of this name other meanings.
+  void warn_of_odd_weights() {
+    constexpr double kMostOfOurs = 16;
+    const std::vector<double>& weights = builder_.weights();
+    if (weights.empty()) return;
+    const auto [least, most] = std::ranges::minmax(weights);
+    if (most > 0 && most <= kMostOfOurs) return;
+    builder_.warn("weights_unusual",
+                  fmt::format("the vertex property 'weight' has values from {} to {}: they are taken "
+                              "as weights of the likelihood, where 1 is usual",
+                              least, most));
   }
 
   void read_corners(const PlyProperty& property) {

@@ -1,10 +1,12 @@
 #include <cmath>
 #include <map>
+#include <span>
+#include <utility>
 
 #include "core/io/gltf.h"
 #include "core/io/mesh_builder.h"
 #include "core/io/read_gltf_scene.h"
-#include "core/io/weld.h"
+#include "core/mesh/position_index.h"
 
 namespace crease {
 namespace {
@@ -21,6 +23,9 @@ struct VertexRange {
   std::size_t count = 0;
   bool weighted = false;
 };
+
+/// Morph targets of a primitive that move its vertices: the accessor of the moves, and its weight.
+using Morphs = std::vector<std::pair<std::size_t, double>>;
 
 class GltfReader {
  public:
@@ -59,7 +64,7 @@ class GltfReader {
     }
     const Json* attributes = gltf::find_member(primitive, "attributes", place);
     if (attributes == nullptr) throw Error(code::kMeshSyntax, "'attributes' is missing", place);
-    const VertexRange range = read_vertices(*attributes, instance, place);
+    const VertexRange range = read_vertices(*attributes, morphs_of(primitive, instance, place), instance, place);
     const std::vector<Index> corners = read_corners(primitive, range, place);
     if (mode == kTriangles ? corners.size() % 3 != 0 : corners.size() < 3) {
       throw Error(code::kMeshCountMismatch, fmt::format("{} corners do not make up triangles", corners.size()), place);
@@ -67,43 +72,90 @@ class GltfReader {
     add_triangles(corners, static_cast<Mode>(mode), range, instance.transform.linear().determinant() < 0);
   }
 
-  VertexRange read_vertices(const Json& attributes, const gltf::MeshInstance& instance, const std::string& place) {
+  /// The morph targets that move positions: pairs of accessor and weight.
+  static Morphs morphs_of(const Json& primitive, const gltf::MeshInstance& instance, const std::string& place) {
+    Morphs morphs;
+    const Json& targets = gltf::array_member(primitive, "targets", place);
+    for (std::size_t i = 0; i < std::min(targets.size(), instance.morph_weights.size()); ++i) {
+      const double weight = instance.morph_weights[i];
+      if (weight == 0 || gltf::find_member(targets[i], "POSITION", place) == nullptr) continue;
+      morphs.emplace_back(gltf::size_member(targets[i], "POSITION", place), weight);
+    }
+    return morphs;
+  }
+
+  VertexRange read_vertices(const Json& attributes, const Morphs& morphs, const gltf::MeshInstance& instance,
+                            const std::string& place) {
     const std::size_t index = gltf::size_member(attributes, "POSITION", place);
-    const auto [known, is_new] = ranges_.try_emplace(index);
+    const auto [known, is_new] = ranges_.try_emplace({index, morphs});
     VertexRange& range = known->second;
-    if (is_new) read_new_vertices(index, attributes, instance, range, place);
+    if (is_new) read_new_vertices(index, attributes, morphs, instance, range, place);
     if (!range.weighted && attributes.contains("_WEIGHT")) {
       read_weights(gltf::size_member(attributes, "_WEIGHT", place), range, place);
     }
     return range;
   }
 
-  void read_new_vertices(std::size_t index, const Json& attributes, const gltf::MeshInstance& instance,
-                         VertexRange& range, const std::string& place) {
-    const Accessor accessor = document_.accessor(index, place);
-    if (accessor.components != 3 || accessor.elements.component != Component::kFloat) {
-      throw Error(code::kMeshUnsupported, "positions must be VEC3 of float", accessor.place);
+  /// Integers are those of KHR_mesh_quantization.
+  Accessor vectors(std::size_t index, const std::string& place) const {
+    Accessor accessor = document_.accessor(index, place);
+    if (accessor.components != 3 || accessor.elements.component == Component::kUint32) {
+      throw Error(code::kMeshUnsupported, "positions must be VEC3 of float, or of 8-bit or 16-bit integers",
+                  accessor.place);
     }
+    return accessor;
+  }
+
+  void read_new_vertices(std::size_t index, const Json& attributes, const Morphs& morphs,
+                         const gltf::MeshInstance& instance, VertexRange& range, const std::string& place) {
+    const Accessor accessor = vectors(index, place);
     range = {builder_.vertices(), accessor.count()};
     if (range.count > builder_.limits().max_vertices - range.first) {
       MeshBuilder::fail_too_large("vertices", builder_.limits().max_vertices, accessor.place);
     }
-    read_positions(accessor, instance, range);
+    read_positions(accessor, morphs, instance, range);
     if (attributes.contains("_SOURCE")) read_sources(gltf::size_member(attributes, "_SOURCE", place), range, place);
   }
 
-  void read_positions(const Accessor& accessor, const gltf::MeshInstance& instance, const VertexRange& range) {
+  void read_positions(const Accessor& accessor, const Morphs& morphs, const gltf::MeshInstance& instance,
+                      const VertexRange& range) {
     std::vector<Vec3>& positions = builder_.mesh().positions;
     positions.resize(range.first + range.count);
-    gltf::for_each_element(accessor, [&](std::size_t element, const char* bytes) {
-      const Vec3 local(load<float>(bytes, false), load<float>(bytes + 4, false), load<float>(bytes + 8, false));
-      positions[range.first + element] = instance.moved ? Vec3(instance.transform * local) : local;
-    });
+    const std::span<Vec3> read(positions.data() + range.first, range.count);
+    gltf::for_each_element(accessor,
+                           [&](std::size_t element, const char* bytes) { read[element] = vector_at(bytes, accessor); });
+    for (const auto& [target, weight] : morphs) add_morph(target, weight, read, accessor.place);
+    if (instance.moved) {
+      for (Vec3& position : read) position = instance.transform * position;
+    }
     for (std::size_t i = 0; i < range.count; ++i) {
-      if (positions[range.first + i].allFinite()) continue;
+      if (read[i].allFinite()) continue;
       throw Error(code::kMeshNotFinite, "a vertex has a coordinate that is not a finite number",
                   fmt::format("{}, element {}", accessor.place, i));
     }
+  }
+
+  static Vec3 vector_at(const char* bytes, const Accessor& accessor) {
+    if (accessor.elements.component == Component::kFloat) {
+      return {load<float>(bytes, false), load<float>(bytes + 4, false), load<float>(bytes + 8, false)};
+    }
+    const std::size_t size = gltf::size_of(accessor.elements.component);
+    return {gltf::load_number(bytes, accessor), gltf::load_number(bytes + size, accessor),
+            gltf::load_number(bytes + 2 * size, accessor)};
+  }
+
+  void add_morph(std::size_t target, double weight, std::span<Vec3> positions, const std::string& place) const {
+    const Accessor moves = vectors(target, place);
+    if (moves.count() != positions.size()) {
+      throw Error(code::kMeshCountMismatch,
+                  fmt::format("a morph target has {} positions for {} vertices", moves.count(), positions.size()),
+                  moves.place);
+    }
+    // A sparse accessor replaces elements, so its values are added at the end.
+    std::vector<Vec3> offsets(positions.size());
+    gltf::for_each_element(moves,
+                           [&](std::size_t element, const char* bytes) { offsets[element] = vector_at(bytes, moves); });
+    for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += weight * offsets[i];
   }
 
   void read_weights(std::size_t index, VertexRange& range, const std::string& place) {
@@ -226,7 +278,8 @@ class GltfReader {
 
   gltf::Document document_;
   MeshBuilder builder_;
-  std::map<std::size_t, VertexRange> ranges_;  ///< of the current instance, by POSITION accessor
+  /// Of the current instance, by POSITION accessor and morph targets.
+  std::map<std::pair<std::size_t, Morphs>, VertexRange> ranges_;
   std::vector<Index> originals_;  ///< per vertex, if a _SOURCE names them; may be shorter than the list of vertices
   std::size_t skipped_ = 0;
 };

@@ -1,6 +1,7 @@
 #include "core/io/read_gltf_document.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "core/base/text.h"
@@ -12,6 +13,57 @@ namespace {
 
 constexpr std::uint32_t kJsonChunk = 0x4e4f534a;
 constexpr std::uint32_t kBinaryChunk = 0x004e4942;
+
+Component component_member(const Json& object, const std::string& place) {
+  const std::size_t value = size_member(object, "componentType", place);
+  if (value < 5120 || value > 5126 || value == 5124) {
+    throw Error(code::kMeshSyntax, fmt::format("component type {} does not exist", value), place);
+  }
+  return static_cast<Component>(value);
+}
+
+/// Whether the positions and faces of the default scene are the same without the extension: it concerns materials,
+/// textures, light, sound, behaviour, meaning or metadata.
+bool moves_no_vertex(std::string_view extension) {
+  constexpr std::array<std::string_view, 22> kPrefixes{"KHR_materials_",
+                                                       "EXT_materials_",
+                                                       "ADOBE_materials_",
+                                                       "NV_materials_",
+                                                       "MSFT_materials_",
+                                                       "VRMC_materials_",
+                                                       "KHR_texture_",
+                                                       "EXT_texture_",
+                                                       "MSFT_texture_",
+                                                       "GOOGLE_texture_",
+                                                       "KHR_lights_",
+                                                       "EXT_lights_",
+                                                       "FB_",
+                                                       "KHR_audio",
+                                                       "MSFT_audio",
+                                                       "KHR_animation_",
+                                                       "KHR_interactivity",
+                                                       "KHR_xmp",
+                                                       "EXT_structural_",
+                                                       "EXT_feature_",
+                                                       "EXT_mesh_features",
+                                                       "KHR_physics_"};
+  constexpr std::array<std::string_view, 9> kNames{"KHR_techniques_webgl",
+                                                   "MSFT_packing_normalRoughnessMetallic",
+                                                   "MSFT_packing_occlusionRoughnessMetallic",
+                                                   "EXT_lights_ies",
+                                                   "EXT_instance_features",
+                                                   "KHR_node_hoverability",
+                                                   "KHR_node_selectability",
+                                                   "KHR_implicit_shapes",
+                                                   "CESIUM_primitive_outline"};
+  return std::ranges::any_of(kPrefixes, [&](std::string_view prefix) { return extension.starts_with(prefix); }) ||
+         std::ranges::find(kNames, extension) != kNames.end();
+}
+
+/// The reader knows what these do to positions and faces.
+bool is_read(std::string_view extension) { return extension == "KHR_mesh_quantization"; }
+
+}  // namespace
 
 std::size_t size_of(Component component) {
   switch (component) {
@@ -27,22 +79,6 @@ std::size_t size_of(Component component) {
   }
   return 4;
 }
-
-Component component_member(const Json& object, const std::string& place) {
-  const std::size_t value = size_member(object, "componentType", place);
-  if (value < 5120 || value > 5126 || value == 5124) {
-    throw Error(code::kMeshSyntax, fmt::format("component type {} does not exist", value), place);
-  }
-  return static_cast<Component>(value);
-}
-
-/// Whether an extension changes the look of a surface, but not its shape.
-bool concerns_appearance(std::string_view extension) {
-  return extension.starts_with("KHR_materials_") || extension.starts_with("KHR_texture_") ||
-         extension.starts_with("EXT_texture_") || extension == "KHR_lights_punctual";
-}
-
-}  // namespace
 
 Document::Document(std::string_view bytes) : file_size_(bytes.size()) {
   is_binary_ = bytes.starts_with("glTF");
@@ -102,7 +138,7 @@ void Document::check_versions() const {
     if (!extension.is_string())
       throw Error(code::kMeshSyntax, "the name of an extension must be a string", "extensionsRequired");
     const std::string& name = extension.get_ref<const std::string&>();
-    if (concerns_appearance(name)) continue;
+    if (moves_no_vertex(name) || is_read(name)) continue;
     throw Error(code::kMeshUnsupported,
                 "the file requires the extension " + printable(name) + ", which is not supported",
                 "extensionsRequired");

@@ -20,6 +20,8 @@ enum class Component : std::uint16_t {
   kFloat = 5126,
 };
 
+std::size_t size_of(Component component);
+
 /// `count` elements in a buffer that is known to be long enough.
 struct Elements {
   const char* data = nullptr;  ///< null if all elements are zero

@@ -23,6 +23,21 @@ std::optional<Eigen::Affine3d> local_transform(const Json& node, const std::stri
   return Eigen::Translation3d(translation) * Eigen::Quaterniond(rotation).normalized() * Eigen::Scaling(scale);
 }
 
+std::vector<double> weights_member(const Json& object, const std::string& place) {
+  const Json& array = array_member(object, "weights", place);
+  std::vector<double> weights(array.size());
+  numbers_member(object, "weights", weights.data(), weights.size(), place);
+  return weights;
+}
+
+/// The weights of a node's morph targets. Those of the node go before those of the mesh.
+std::vector<double> morph_weights(const Document& document, const Json& node, std::size_t mesh,
+                                  const std::string& place) {
+  if (find_member(node, "weights", place) != nullptr) return weights_member(node, place);
+  const std::string mesh_place = fmt::format("mesh {}", mesh);
+  return weights_member(document.entry("meshes", mesh, mesh_place), mesh_place);
+}
+
 class NodeWalk {
  public:
   explicit NodeWalk(const Document& document)
@@ -51,7 +66,10 @@ class NodeWalk {
     }
     if (find_member(node, "mesh", place) != nullptr) {
       here.mesh = size_member(node, "mesh", place);
-      instances_.push_back(here);
+      const bool is_skinned = find_member(node, "skin", place) != nullptr;
+      MeshInstance& instance = instances_.emplace_back(is_skinned ? MeshInstance() : here);
+      instance.mesh = here.mesh;
+      instance.morph_weights = morph_weights(document_, node, here.mesh, place);
     }
     push_children(array_member(node, "children", place), here, place);
   }
@@ -74,7 +92,10 @@ std::vector<MeshInstance> mesh_instances(const Document& document) {
   const Json& root = document.root();
   if (array_member(root, "scenes", "scenes").empty()) {
     std::vector<MeshInstance> all(array_member(root, "meshes", "meshes").size());
-    for (std::size_t i = 0; i < all.size(); ++i) all[i].mesh = i;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      all[i].mesh = i;
+      all[i].morph_weights = morph_weights(document, Json::object(), i, "meshes");
+    }
     return all;
   }
   const std::size_t index = size_member_or(root, "scene", 0, "scene");

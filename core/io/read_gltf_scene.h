@@ -7,11 +7,12 @@
 
 namespace crease::gltf {
 
-/// A mesh of the file with the transform of its node.
+/// A mesh of the file with the transform of its node. That of a node with a skin does not count, as the standard says.
 struct MeshInstance {
   std::size_t mesh = 0;
   Eigen::Affine3d transform = Eigen::Affine3d::Identity();
-  bool moved = false;  ///< whether the transform is not the identity
+  bool moved = false;                 ///< whether the transform is not the identity
+  std::vector<double> morph_weights;  ///< of the morph targets, by the node or else the mesh; empty for none
 };
 
 /// The meshes of the default scene in the order of its nodes, or all meshes if the file has no scenes.

@@ -6,8 +6,8 @@
 #include "core/io/byte_cursor.h"
 #include "core/io/mesh_builder.h"
 #include "core/io/text_cursor.h"
-#include "core/io/weld.h"
 #include "core/io/write_number.h"
+#include "core/mesh/position_index.h"
 
 namespace crease {
 namespace {
@@ -48,19 +48,34 @@ class StlBuilder {
   std::size_t corners_ = 0;
 };
 
+/// The number of facets: the one in the header, or what the bytes hold where it is 0, as of writers that never came
+/// back to it.
+std::size_t read_facet_count(ByteCursor& cursor, StlBuilder& stl) {
+  const std::string place = cursor.place();
+  const std::size_t counted_facets = cursor.read<std::uint32_t>();
+  const std::size_t held = cursor.rest() / kFacetBytes;
+  if (counted_facets > held) {
+    throw Error(code::kMeshTruncated,
+                fmt::format("the header announces {} facets, but the {} bytes after it hold only {}", counted_facets,
+                            cursor.rest(), held),
+                place);
+  }
+  const bool is_unknown = counted_facets == 0 && held != 0;
+  if (is_unknown) {
+    stl.builder.warn("facet_count_replaced",
+                     fmt::format("the header announces 0 facets; read the {} that the file holds", held));
+  }
+  const std::size_t facets = is_unknown ? held : counted_facets;
+  const std::size_t limit = stl.builder.limits().max_faces;
+  if (facets > limit) MeshBuilder::fail_too_large("faces", limit, place);
+  return facets;
+}
+
 MeshContent read_binary(std::string_view bytes, const DecodeLimits& limits) {
   StlBuilder stl(limits);
   ByteCursor cursor(bytes);
   cursor.take(kHeaderBytes);
-  const std::string count_place = cursor.place();
-  const std::size_t facets = cursor.read<std::uint32_t>();
-  if (facets > limits.max_faces) MeshBuilder::fail_too_large("faces", limits.max_faces, count_place);
-  if (facets > cursor.rest() / kFacetBytes) {
-    throw Error(code::kMeshTruncated,
-                fmt::format("the header announces {} facets, but the {} bytes after it hold only {}", facets,
-                            cursor.rest(), cursor.rest() / kFacetBytes),
-                count_place);
-  }
+  const std::size_t facets = read_facet_count(cursor, stl);
   stl.builder.mesh().triangles.reserve(facets);
   for (std::size_t i = 0; i < facets; ++i) {
     cursor.take(kNormalBytes);
@@ -144,31 +159,37 @@ class AsciiReader {
   std::vector<Index> corners_;
 };
 
-/// The size of a binary file according to the count in its header; 0 if it counts no facets. The header must be
-/// complete.
-std::uint64_t counted_size(std::string_view bytes) {
-  const std::uint64_t facets = load<std::uint32_t>(bytes.data() + kHeaderBytes, false);
-  return facets == 0 ? 0 : kCountEnd + facets * kFacetBytes;
+std::uint64_t counted_facets_of(std::string_view bytes) {
+  return load<std::uint32_t>(bytes.data() + kHeaderBytes, false);
 }
 
 bool is_exactly_binary(std::string_view bytes) {
-  return bytes.size() > kCountEnd && counted_size(bytes) == bytes.size();
+  if (bytes.size() <= kCountEnd) return false;
+  const std::uint64_t facets = counted_facets_of(bytes);
+  return facets != 0 && kCountEnd + facets * kFacetBytes == bytes.size();
 }
 
+bool has_binary_head(std::string_view bytes) { return bytes.substr(0, kCountEnd).find('\0') != std::string_view::npos; }
+
 bool may_be_binary(std::string_view bytes) {
-  if (bytes.size() <= kCountEnd || bytes.substr(0, kCountEnd).find('\0') == std::string_view::npos) return false;
-  const std::uint64_t size = counted_size(bytes);
-  return size != 0 && size <= bytes.size();
+  if (bytes.size() <= kCountEnd || !has_binary_head(bytes)) return false;
+  const std::uint64_t facets = counted_facets_of(bytes);
+  const std::uint64_t room = bytes.size() - kCountEnd;
+  // The bytes of all zeros are no mesh.
+  const bool is_uncounted = facets == 0 && room % kFacetBytes == 0 && bytes.find_first_not_of('\0') != bytes.npos;
+  return is_uncounted || (facets != 0 && facets <= room / kFacetBytes);
+}
+
+std::string_view without_mark(std::string_view bytes) {
+  return bytes.substr(bytes.starts_with("\xef\xbb\xbf") ? 3 : 0);
 }
 
 /// A binary file may begin with "solid" as well. Then its size fits its count, or its header has a NUL byte.
 bool is_ascii(std::string_view bytes) {
-  const std::size_t start = bytes.find_first_not_of(" \t\r\n");
-  if (start == std::string_view::npos || !equals_ignoring_case(bytes.substr(start, 5), "solid")) return false;
-  if (bytes.size() < kCountEnd) return bytes.find('\0') == std::string_view::npos;
-  const std::size_t facets = load<std::uint32_t>(bytes.data() + kHeaderBytes, false);
-  return bytes.size() != kCountEnd + facets * kFacetBytes &&
-         bytes.substr(0, kCountEnd).find('\0') == std::string_view::npos;
+  const std::string_view text = without_mark(bytes);
+  const std::size_t start = text.find_first_not_of(" \t\r\n");
+  if (start == std::string_view::npos || !equals_ignoring_case(text.substr(start, 5), "solid")) return false;
+  return !is_exactly_binary(bytes) && !has_binary_head(bytes);
 }
 
 }  // namespace
@@ -176,7 +197,7 @@ bool is_ascii(std::string_view bytes) {
 Likeness looks_like_stl(const Sample& sample) {
   if (is_exactly_binary(sample.bytes)) return Likeness::kCertain;
   const bool is_solid = equals_ignoring_case(sample.word.substr(0, 5), "solid");
-  return is_solid || may_be_binary(sample.text) ? Likeness::kHead : Likeness::kUnlike;
+  return is_solid || may_be_binary(sample.bytes) ? Likeness::kHead : Likeness::kUnlike;
 }
 
 MeshContent read_stl(std::string_view bytes, const DecodeLimits& limits) {

@@ -69,6 +69,27 @@ class TextCursor {
   /// Reads the next word of the line as a count, 0 or more. \throw Error mesh_too_large beyond 64 bits
   std::size_t count(std::string_view what);
 
+  /// The same, for values that may go on in the next line.
+  double number_on_any_line(std::string_view what) {
+    double value = 0;
+    if (parse(value)) return value;
+    if (at_line_end()) skip_to_word();
+    return number(what);
+  }
+  std::int64_t integer_on_any_line(std::string_view what) {
+    std::int64_t value = 0;
+    if (parse(value)) return value;
+    if (at_line_end()) skip_to_word();
+    return integer(what);
+  }
+  std::size_t count_on_any_line(std::string_view what) {
+    if (at_line_end()) skip_to_word();
+    return count(what);
+  }
+
+  /// Moves back to `count` characters after `word`, which was read last on this line.
+  void return_into(std::string_view word, std::size_t count) { pos_ = word.data() + count; }
+
   /// Reads an integer right here, whatever follows it. Returns false if there is none.
   bool leading_integer(std::int64_t& value) {
     const auto [last, error] = std::from_chars(pos_, end_, value);

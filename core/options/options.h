@@ -208,6 +208,7 @@ Method default_method(std::size_t index);
 struct SmoothOptions {
   Method method;
   std::uint32_t threads = 0;  ///< 0: as many as the machine has; never changes the result
+  double weld_tolerance = 0;  ///< vertices this near, in ℓ, are smoothed as one; 0: exactly coincident ones
 };
 
 /// Everything that a job has parameters for.

@@ -401,9 +401,8 @@ std::vector<Parameter> make_table() {
       {.name = "strength",
        .field = 48,
        .group = kAutomatic,
-       .meaning =
-           "How strongly to smooth: 1 as the estimated noise asks for, 0 not at all; 2 takes the noise for twice "
-           "as strong.",
+       .meaning = "How strongly to smooth: 1 as the estimated noise asks for, 0 not at all; 2 takes the noise for "
+                  "twice as strong.",
        .places = at<&Mrf::strength>(0, 2),
        .conditions = {kDescent}},
       {.name = "noise",
@@ -412,8 +411,8 @@ std::vector<Parameter> make_table() {
        .meaning =
            "Kind of the noise: normal, along the vertex normals; isotropic, in all directions; correlated, over "
            "several "
-           "edges, as that of scanners is; estimated from the upload. Meshes of more than 200,000 faces are never "
-           "taken for correlated.",
+           "edges, as that of scanners is; estimated from the upload. Meshes of more than 200,000 faces never count as "
+           "correlated.",
        .places = at<&Mrf::noise>(),
        .conditions = {kDescent}},
       {.name = "noise_sigma",
@@ -431,6 +430,12 @@ std::vector<Parameter> make_table() {
                   "the upload.",
        .places = at<&Mrf::surface>(),
        .conditions = {kDescent}},
+      {.name = "weld_tolerance",
+       .field = 52,
+       .group = kJob,
+       .unit = kEdgeLengths,
+       .meaning = "Vertices at most this far apart are smoothed as one; 0: those at exactly the same position.",
+       .places = at<&SmoothOptions::weld_tolerance>(0, 0.5)},
   };
 }
 

@@ -35,9 +35,10 @@ struct SweepView {
   const SweepRecord& record;
   std::uint32_t sweeps = 0;
   double seconds = 0;
-  std::function<std::vector<double>()> labels;   ///< per edge of the topology, made when called
-  std::function<std::vector<Vec3>()> positions;  ///< in the units of the upload, made when called
-  std::function<std::string()> checkpoint = {};  ///< made when called; empty where a method has none
+  std::function<std::vector<double>()> labels;             ///< per edge of the topology, made when called
+  std::function<std::vector<Vec3>()> positions;            ///< in the units of the upload, made when called
+  std::function<std::string()> checkpoint = {};            ///< made when called; empty where a method has none
+  std::function<std::vector<double>()> dihedral_rad = {};  ///< per edge, for `positions`; set by run_job
 };
 
 /// How a caller follows and stops a run. `on_sweep` is called after every sweep on the calling thread; when it returns

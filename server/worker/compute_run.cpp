@@ -85,6 +85,7 @@ class JobComputation {
     v1::Progress encoding = last_progress_;
     encoding.set_stage("encoding");
     send_progress(encoding);
+    for (const auto& warning : output.warnings) warnings_.push_back(crease::to_message(warning));
     write_result(std::move(output.result));
     write_report(output);
     send_end(output.facts);
@@ -215,7 +216,7 @@ class JobComputation {
   void write_snapshot(const crease::CheckedInput& input, const crease::SweepView& view) {
     write_passing(v1::RUN_FILE_SNAPSHOT, [&](int file) {
       crease::LabelledMesh mesh{{view.positions(), input.mesh.triangles}, input.topology.edges, view.labels(), {}};
-      mesh.dihedral_rad = crease::signed_dihedral_angles(input.mesh, input.topology, mesh.mesh.positions);
+      mesh.dihedral_rad = view.dihedral_rad();
       write_message(file, crease::to_message(mesh));
     });
   }

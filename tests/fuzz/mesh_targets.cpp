@@ -22,7 +22,8 @@ void require_checked(const CheckedInput& input) {
   require(input.mesh.triangles.size() <= kLimits.max_faces, "no more faces than the limit");
   require(input.facts.vertices == input.mesh.positions.size(), "every vertex is counted");
   require(input.facts.faces == input.mesh.triangles.size(), "every face is counted");
-  require(input.facts.edges == input.topology.edges.size(), "every edge is counted");
+  const Topology& topology = input.welded ? input.welded->topology : input.topology;
+  require(input.facts.edges == topology.edges.size(), "every edge is counted");
   require(input.facts.mean_edge_length > 0 && std::isfinite(input.facts.mean_edge_length), "the mesh has an extent");
   require(input.facts.noise_sigma >= 0 && std::isfinite(input.facts.noise_sigma), "the noise is a number");
   require(input.weights.empty() || input.weights.size() == input.mesh.positions.size(), "one weight per vertex");

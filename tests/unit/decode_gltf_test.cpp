@@ -272,7 +272,7 @@ const Fault kFaults[] = {
     {"no_such_node", [](GltfSample& s) { s.json["scenes"][0]["nodes"] = {3}; }, code::kMeshIndexOutOfRange, "node 3"},
     {"no_such_scene", [](GltfSample& s) { s.json["scene"] = 3; }, code::kMeshIndexOutOfRange, "scene"},
     {"no_positions", [](GltfSample& s) { s.primitive()["attributes"].erase("POSITION"); }, code::kMeshSyntax, "mesh 0"},
-    {"integer_positions", [](GltfSample& s) { s.json["accessors"][0]["componentType"] = 5121; }, code::kMeshUnsupported,
+    {"integer_positions", [](GltfSample& s) { s.json["accessors"][0]["componentType"] = 5125; }, code::kMeshUnsupported,
      "accessor 0"},
     {"float_indices", [](GltfSample& s) { s.json["accessors"][1]["componentType"] = 5126; }, code::kMeshSyntax,
      "accessor 1"},

@@ -28,6 +28,7 @@ const std::vector<Effect> kEffects = {
     {"process", "face"},
     {"solver", "descent"},
     {"sweeps", "21"},
+    {"weld_tolerance", "0.5", {{}, {"method=taubin"}}},
     {"seed", "2", {{}, {"solver=descent"}}},
     {"strength", "2", {{"solver=descent"}}},
     {"noise", "isotropic", {{"solver=descent"}}},
@@ -88,13 +89,7 @@ const std::vector<Effect> kEffects = {
 };
 
 const CheckedInput& noisy_part() {
-  static const CheckedInput input = [] {
-    CheckedInput part;
-    part.mesh = add_noise(test::cad_part(2).mesh, 0.2, 1, NoiseKind::kNormal);
-    part.topology = build_topology(part.mesh);
-    part.facts = inspect(part.mesh, part.topology, part.warnings);
-    return part;
-  }();
+  static const CheckedInput input = check_mesh(add_noise(test::cad_part(2).mesh, 0.2, 1, NoiseKind::kNormal));
   return input;
 }
 

@@ -210,7 +210,7 @@ TEST(Resolve, ListsTheOptionsOfTheMethodAlone) {
   const auto of_taubin = to_json(resolve(parameters_of({{"method", "taubin"}, {"threads", "1"}})));
   EXPECT_EQ(
       of_taubin.dump(),
-      R"({"method":"taubin","threads":1,"iterations":15,"flow_step":0.6307,"passband":0.1,"retention_hours":24})");
+      R"({"method":"taubin","threads":1,"iterations":15,"flow_step":0.6307,"passband":0.1,"retention_hours":24,"weld_tolerance":0})");
 }
 
 TEST(Resolve, WarnsOfWhatIsNotUsed) {

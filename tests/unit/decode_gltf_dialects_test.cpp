@@ -1,0 +1,94 @@
+#include <gtest/gtest.h>
+
+#include "tests/unit/decode_samples.h"
+
+namespace crease::test {
+namespace {
+
+Mesh decoded(const GltfSample& sample) { return decode_mesh(sample.glb(), MeshFormat::kGlb).mesh; }
+
+std::vector<Vec3> moved(std::vector<Vec3> positions, const Vec3& offset) {
+  for (Vec3& position : positions) position += offset;
+  return positions;
+}
+
+TEST(DecodeGltf, TheNodeOfASkinnedMeshDoesNotMoveIt) {
+  GltfSample sample = gltf_sample(sample_mesh());
+  sample.json["nodes"][0]["translation"] = {5, 6, 7};
+  EXPECT_EQ(decoded(sample).positions, moved(sample_mesh().positions, {5, 6, 7}));
+  sample.json["nodes"][0]["skin"] = 0;
+  sample.json["skins"] = {{{"joints", {0}}}};
+  EXPECT_EQ(decoded(sample).positions, sample_mesh().positions);
+}
+
+TEST(DecodeGltf, ChildrenOfASkinnedNodeAreMovedByIt) {
+  GltfSample sample = gltf_sample(sample_mesh());
+  sample.json["nodes"] = {{{"skin", 0}, {"mesh", 0}, {"translation", {1, 0, 0}}, {"children", {1}}}, {{"mesh", 0}}};
+  sample.json["skins"] = {{{"joints", {0}}}};
+  const std::vector<Vec3> positions = decoded(sample).positions;
+  EXPECT_EQ(positions.front(), sample_mesh().positions.front());
+  EXPECT_EQ(positions.back(), Vec3(sample_mesh().positions.back() + Vec3(1, 0, 0)));
+}
+
+TEST(DecodeGltf, DefaultMorphWeightsAreApplied) {
+  GltfSample sample = gltf_sample(sample_mesh());
+  const std::size_t up = sample.add_positions(std::vector<Vec3>(5, Vec3(0, 0, 4)));
+  const std::size_t right = sample.add_positions(std::vector<Vec3>(5, Vec3(2, 0, 0)));
+  sample.primitive()["targets"] = {{{"POSITION", up}}, {{"POSITION", right}}};
+  EXPECT_EQ(decoded(sample).positions, sample_mesh().positions);
+  sample.json["meshes"][0]["weights"] = {0.25, 0};
+  EXPECT_EQ(decoded(sample).positions, moved(sample_mesh().positions, {0, 0, 1}));
+  sample.json["nodes"][0]["weights"] = {0, 1.5};  // goes before the mesh's
+  EXPECT_EQ(decoded(sample).positions, moved(sample_mesh().positions, {3, 0, 0}));
+  sample.json["accessors"][right]["count"] = 4;
+  EXPECT_EQ(refusal(sample.glb(), MeshFormat::kGlb)->code(), code::kMeshCountMismatch);
+}
+
+TEST(DecodeGltf, PrimitivesThatShareVerticesMayMorphThemDifferently) {
+  GltfSample sample = gltf_sample(sample_mesh());
+  const std::size_t up = sample.add_positions(std::vector<Vec3>(5, Vec3(0, 0, 4)));
+  sample.json["meshes"][0]["primitives"].push_back(sample.primitive());
+  sample.primitive(1)["targets"] = {{{"POSITION", up}}};
+  sample.json["meshes"][0]["weights"] = {1};
+  const Mesh mesh = decoded(sample);
+  EXPECT_EQ(mesh.positions.size(), 10U);
+  EXPECT_EQ(mesh.positions[7], Vec3(sample_mesh().positions[2] + Vec3(0, 0, 4)));
+}
+
+TEST(DecodeGltf, QuantisedPositionsAreRead) {
+  const std::vector<Triangle> faces{{0, 1, 2}};
+  for (const bool normalized : {false, true}) {
+    GltfSample sample = gltf_sample({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, faces});
+    std::string bytes;
+    for (const int value : {-32767, 0, 0, 0, 32767, 0, 0, 0, 16384}) {
+      append(bytes, static_cast<std::int16_t>(value));
+      if (bytes.size() % 8 == 6) append(bytes, std::int16_t{0});
+    }
+    const std::size_t accessor = sample.add(bytes, 5122, "VEC3", 3);
+    sample.json["bufferViews"].back()["byteStride"] = 8;
+    sample.json["accessors"][accessor]["normalized"] = normalized;
+    sample.json["extensionsUsed"] = sample.json["extensionsRequired"] = {"KHR_mesh_quantization"};
+    sample.primitive()["attributes"]["POSITION"] = accessor;
+    const double unit = normalized ? 1.0 / 32767 : 1;
+    const Mesh mesh = decoded(sample);
+    EXPECT_EQ(mesh.positions[0], Vec3(-32767 * unit, 0, 0));
+    EXPECT_EQ(mesh.positions[1], Vec3(0, 32767 * unit, 0));
+    EXPECT_EQ(mesh.positions[2], Vec3(0, 0, 16384 * unit));
+  }
+}
+
+TEST(DecodeGltf, RequiredExtensionsThatMoveNoVertexAreAccepted) {
+  GltfSample sample = gltf_sample(sample_mesh());
+  for (const std::string name : {"MSFT_texture_dds", "KHR_materials_unlit", "EXT_texture_webp", "KHR_lights_punctual",
+                                 "KHR_animation_pointer", "KHR_xmp_json_ld", "EXT_structural_metadata"}) {
+    sample.json["extensionsRequired"] = {name};
+    EXPECT_EQ(decoded(sample).triangles, sample_mesh().triangles) << name;
+  }
+  for (const std::string name : {"EXT_mesh_gpu_instancing", "MSFT_lod", "VENDOR_geometry"}) {
+    sample.json["extensionsRequired"] = {name};
+    EXPECT_EQ(refusal(sample.glb(), MeshFormat::kGlb)->code(), code::kMeshUnsupported) << name;
+  }
+}
+
+}  // namespace
+}  // namespace crease::test
