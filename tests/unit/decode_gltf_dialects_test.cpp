@@ -5,7 +5,7 @@
 namespace crease::test {
 namespace {
 
-Mesh decoded(const GltfSample& sample) { return decode_mesh(sample.glb(), MeshFormat::kGlb).mesh; }
+Mesh glb_mesh(const GltfSample& sample) { return decode_mesh(sample.glb(), MeshFormat::kGlb).mesh; }
 
 std::vector<Vec3> moved(std::vector<Vec3> positions, const Vec3& offset) {
   for (Vec3& position : positions) position += offset;
@@ -15,17 +15,17 @@ std::vector<Vec3> moved(std::vector<Vec3> positions, const Vec3& offset) {
 TEST(DecodeGltf, TheNodeOfASkinnedMeshDoesNotMoveIt) {
   GltfSample sample = gltf_sample(sample_mesh());
   sample.json["nodes"][0]["translation"] = {5, 6, 7};
-  EXPECT_EQ(decoded(sample).positions, moved(sample_mesh().positions, {5, 6, 7}));
+  EXPECT_EQ(glb_mesh(sample).positions, moved(sample_mesh().positions, {5, 6, 7}));
   sample.json["nodes"][0]["skin"] = 0;
   sample.json["skins"] = {{{"joints", {0}}}};
-  EXPECT_EQ(decoded(sample).positions, sample_mesh().positions);
+  EXPECT_EQ(glb_mesh(sample).positions, sample_mesh().positions);
 }
 
 TEST(DecodeGltf, ChildrenOfASkinnedNodeAreMovedByIt) {
   GltfSample sample = gltf_sample(sample_mesh());
   sample.json["nodes"] = {{{"skin", 0}, {"mesh", 0}, {"translation", {1, 0, 0}}, {"children", {1}}}, {{"mesh", 0}}};
   sample.json["skins"] = {{{"joints", {0}}}};
-  const std::vector<Vec3> positions = decoded(sample).positions;
+  const std::vector<Vec3> positions = glb_mesh(sample).positions;
   EXPECT_EQ(positions.front(), sample_mesh().positions.front());
   EXPECT_EQ(positions.back(), Vec3(sample_mesh().positions.back() + Vec3(1, 0, 0)));
 }
@@ -35,11 +35,11 @@ TEST(DecodeGltf, DefaultMorphWeightsAreApplied) {
   const std::size_t up = sample.add_positions(std::vector<Vec3>(5, Vec3(0, 0, 4)));
   const std::size_t right = sample.add_positions(std::vector<Vec3>(5, Vec3(2, 0, 0)));
   sample.primitive()["targets"] = {{{"POSITION", up}}, {{"POSITION", right}}};
-  EXPECT_EQ(decoded(sample).positions, sample_mesh().positions);
+  EXPECT_EQ(glb_mesh(sample).positions, sample_mesh().positions);
   sample.json["meshes"][0]["weights"] = {0.25, 0};
-  EXPECT_EQ(decoded(sample).positions, moved(sample_mesh().positions, {0, 0, 1}));
+  EXPECT_EQ(glb_mesh(sample).positions, moved(sample_mesh().positions, {0, 0, 1}));
   sample.json["nodes"][0]["weights"] = {0, 1.5};  // goes before the mesh's
-  EXPECT_EQ(decoded(sample).positions, moved(sample_mesh().positions, {3, 0, 0}));
+  EXPECT_EQ(glb_mesh(sample).positions, moved(sample_mesh().positions, {3, 0, 0}));
   sample.json["accessors"][right]["count"] = 4;
   EXPECT_EQ(refusal(sample.glb(), MeshFormat::kGlb)->code(), code::kMeshCountMismatch);
 }
@@ -50,7 +50,7 @@ TEST(DecodeGltf, PrimitivesThatShareVerticesMayMorphThemDifferently) {
   sample.json["meshes"][0]["primitives"].push_back(sample.primitive());
   sample.primitive(1)["targets"] = {{{"POSITION", up}}};
   sample.json["meshes"][0]["weights"] = {1};
-  const Mesh mesh = decoded(sample);
+  const Mesh mesh = glb_mesh(sample);
   EXPECT_EQ(mesh.positions.size(), 10U);
   EXPECT_EQ(mesh.positions[7], Vec3(sample_mesh().positions[2] + Vec3(0, 0, 4)));
 }
@@ -70,7 +70,7 @@ TEST(DecodeGltf, QuantisedPositionsAreRead) {
     sample.json["extensionsUsed"] = sample.json["extensionsRequired"] = {"KHR_mesh_quantization"};
     sample.primitive()["attributes"]["POSITION"] = accessor;
     const double unit = normalized ? 1.0 / 32767 : 1;
-    const Mesh mesh = decoded(sample);
+    const Mesh mesh = glb_mesh(sample);
     EXPECT_EQ(mesh.positions[0], Vec3(-32767 * unit, 0, 0));
     EXPECT_EQ(mesh.positions[1], Vec3(0, 32767 * unit, 0));
     EXPECT_EQ(mesh.positions[2], Vec3(0, 0, 16384 * unit));
@@ -82,7 +82,7 @@ TEST(DecodeGltf, RequiredExtensionsThatMoveNoVertexAreAccepted) {
   for (const std::string name : {"MSFT_texture_dds", "KHR_materials_unlit", "EXT_texture_webp", "KHR_lights_punctual",
                                  "KHR_animation_pointer", "KHR_xmp_json_ld", "EXT_structural_metadata"}) {
     sample.json["extensionsRequired"] = {name};
-    EXPECT_EQ(decoded(sample).triangles, sample_mesh().triangles) << name;
+    EXPECT_EQ(glb_mesh(sample).triangles, sample_mesh().triangles) << name;
   }
   for (const std::string name : {"EXT_mesh_gpu_instancing", "MSFT_lod", "VENDOR_geometry"}) {
     sample.json["extensionsRequired"] = {name};
