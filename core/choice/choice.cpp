@@ -126,11 +126,11 @@ class Choice {
   }
 
   void try_families() {
-    add(kCreases, 0.1);
-    add(kCurvedCreases, 0.05);
-    add(kFlats, 0.2);
-    add(kOrganic, 0.12);
-    add(kOrganic, 0.3);
+    add(kCreaseFamily, 0.1);
+    add(kCurvedCreaseFamily, 0.05);
+    add(kFlatFamily, 0.2);
+    add(kOrganicFamily, 0.12);
+    add(kOrganicFamily, 0.3);
     refine_variance();
   }
 
@@ -146,10 +146,11 @@ class Choice {
   /// The risk in noise variances, with a little against families that gain by it what they should not on near ties.
   double score(const Candidate& candidate, double lowest) const {
     double prior = 0;
-    if (candidate.is(kFlats) || candidate.is(kSoftCreases)) prior = sight_.regular || sight_.isotropic ? 0.04 : 0.03;
-    if (candidate.is(kCreases)) prior = !sight_.regular && !sight_.isotropic ? 0.01 : lowest > 0.2 ? 0.03 : 0;
-    if (candidate.is(kCurvedCreases)) prior = 0.01;
-    if (candidate.is(kOrganic)) prior = lowest < 0.2 ? 0.02 : 0;
+    if (candidate.is(kFlatFamily) || candidate.is(kSoftCreaseFamily))
+      prior = sight_.regular || sight_.isotropic ? 0.04 : 0.03;
+    if (candidate.is(kCreaseFamily)) prior = !sight_.regular && !sight_.isotropic ? 0.01 : lowest > 0.2 ? 0.03 : 0;
+    if (candidate.is(kCurvedCreaseFamily)) prior = 0.01;
+    if (candidate.is(kOrganicFamily)) prior = lowest < 0.2 ? 0.02 : 0;
     return candidate.risk(variance_) / variance_ + prior;
   }
 
@@ -164,8 +165,8 @@ class Choice {
   /// Impulsive noise: which mixture of residuals is the likeliest. The responses of flats are too small to compare.
   std::size_t best_by_deviance() const {
     const auto deviance = [](const Candidate& candidate) {
-      if (candidate.is(kFlats)) return std::numeric_limits<double>::infinity();
-      return candidate.deviance + (candidate.is(kCurvedCreases) ? 0.05 : 0);
+      if (candidate.is(kFlatFamily)) return std::numeric_limits<double>::infinity();
+      return candidate.deviance + (candidate.is(kCurvedCreaseFamily) ? 0.05 : 0);
     };
     const auto place = std::ranges::min_element(candidates_, {}, deviance);
     return static_cast<std::size_t>(place - candidates_.begin());
@@ -224,7 +225,7 @@ class Choice {
   bool is_shape(std::size_t first) {
     constexpr double kFarBetter = 0.7, kHardlySmoothing = 1.6;
     const double validation = candidates_[first].cross_validation();
-    if (!add(kOrganic, kHardlySmoothing, true)) return false;
+    if (!add(kOrganicFamily, kHardlySmoothing, true)) return false;
     const bool shape = candidates_.back().cross_validation() < kFarBetter * validation;
     candidates_.pop_back();
     return shape;
@@ -258,18 +259,19 @@ class Choice {
 
   void try_neighbors(std::size_t chosen, const PotentialFamily& family, double weight) {
     const double risk = candidates_[chosen].risk(variance_) / variance_;
-    const double creases = lowest_risk(kCreases), curved = lowest_risk(kCurvedCreases), organic = lowest_risk(kOrganic);
-    if (family.name == kCreases.name) {
-      add(kCreases, 0.05);
-      if (curved < risk + kFamilyWindow) add(kCurvedCreases, 0.03);
-    } else if (family.name == kCurvedCreases.name) {
-      add(kCurvedCreases, 0.03);
-      if (creases < risk + kFamilyWindow) add(kCreases, 0.05);
-      if (organic < risk + kOrganicWindow) add(kOrganic, 0.07);
-    } else if (family.name == kFlats.name) {
-      add(kSoftCreases, 0.1);
-    } else if (family.name == kOrganic.name) {
-      add(kOrganic, weight < 0.2 ? 0.07 : 0.19);
+    const double creases = lowest_risk(kCreaseFamily), curved = lowest_risk(kCurvedCreaseFamily),
+                 organic = lowest_risk(kOrganicFamily);
+    if (family.name == kCreaseFamily.name) {
+      add(kCreaseFamily, 0.05);
+      if (curved < risk + kFamilyWindow) add(kCurvedCreaseFamily, 0.03);
+    } else if (family.name == kCurvedCreaseFamily.name) {
+      add(kCurvedCreaseFamily, 0.03);
+      if (creases < risk + kFamilyWindow) add(kCreaseFamily, 0.05);
+      if (organic < risk + kOrganicWindow) add(kOrganicFamily, 0.07);
+    } else if (family.name == kFlatFamily.name) {
+      add(kSoftCreaseFamily, 0.1);
+    } else if (family.name == kOrganicFamily.name) {
+      add(kOrganicFamily, weight < 0.2 ? 0.07 : 0.19);
     }
   }
 
@@ -277,8 +279,8 @@ class Choice {
     constexpr double kFactor = 2.3, kLargestWeight = 60, kFromWeight = 0.25, kGain = 14;
     const double least_gain = kGain / std::pow(static_cast<double>(trial_mesh().vertex_count), 0.75);
     for (double weight = 0.7; weight < kLargestWeight; weight *= kFactor) {
-      if (!candidates_[chosen].is(kOrganic) || candidates_[chosen].weight < kFromWeight) break;
-      add(kOrganic, weight, true);
+      if (!candidates_[chosen].is(kOrganicFamily) || candidates_[chosen].weight < kFromWeight) break;
+      add(kOrganicFamily, weight, true);
       if (!(candidates_.back().cross_validation() < candidates_[chosen].cross_validation() * (1 - least_gain))) {
         candidates_.pop_back();
         break;
@@ -355,8 +357,8 @@ class Choice {
     }
     std::vector<std::size_t> used = {chosen};
     for (std::size_t i = candidates_.size(); i-- > 0;) {  // the last one of each setting knows the noise best
-      const bool sharp = candidates_[i].is(kCreases) || candidates_[i].is(kFlats);
-      if (candidates_[chosen].is(kOrganic) && sharp) continue;
+      const bool sharp = candidates_[i].is(kCreaseFamily) || candidates_[i].is(kFlatFamily);
+      if (candidates_[chosen].is(kOrganicFamily) && sharp) continue;
       const auto same = [&](std::size_t j) { return candidates_[i].has_setting_of(candidates_[j]); };
       if (std::ranges::none_of(used, same)) used.push_back(i);
     }
@@ -387,12 +389,13 @@ class Choice {
   /// Sets the weight of each candidate at each vertex, and its share of the surface.
   void weigh(const std::vector<std::size_t>& used, std::size_t chosen, const FlatMesh& mesh,
              std::span<const float> signs) {
-    const bool organic = candidates_[chosen].is(kOrganic);
+    const bool organic = candidates_[chosen].is(kOrganicFamily);
     const float margin = 0.03F + 0.3F * std::max(0.0F, static_cast<float>(std::sqrt(variance_)) - 0.35F);
     blend_weights_.clear();
     for (const std::size_t i : used) {
       std::vector<float> risk = local_risk(candidates_[i], mesh, signs, variance_);
-      const bool free = i == chosen || (organic && candidates_[chosen].weight > 0.25 && candidates_[i].is(kOrganic));
+      const bool free =
+          i == chosen || (organic && candidates_[chosen].weight > 0.25 && candidates_[i].is(kOrganicFamily));
       for (float& value : risk) value += free ? 0 : margin + (organic ? 0.03F : 0);
       blend_weights_.push_back(std::move(risk));
     }
@@ -412,11 +415,11 @@ class Choice {
     if (full_.face_count > kMostFacesForAngles) return dihedral_angles(full_, positions);
     if (!on_patches()) {
       for (std::size_t i = candidates_.size(); i-- > 0;) {
-        if (candidates_[i].is(kFlats)) return dihedral_angles(full_, candidates_[i].result.positions);
+        if (candidates_[i].is(kFlatFamily)) return dihedral_angles(full_, candidates_[i].result.positions);
       }
     }
     return dihedral_angles(
-        full_, solve_({full_, full_.measured, setting(kFlats, 0.2, variance_, true), precisions, {}}).positions);
+        full_, solve_({full_, full_.measured, setting(kFlatFamily, 0.2, variance_, true), precisions, {}}).positions);
   }
 
   const Surface& surface_;

@@ -25,8 +25,8 @@ GraduatedOptions FirstSight::options(const PotentialFamily& family, double weigh
                                      bool trial) const {
   GraduatedOptions options = base;
   options.family = family;
-  if (family.name == kCreases.name) options.family.ramp = ramp;
-  if (family.name == kCurvedCreases.name) options.family.ramp = ramp * ramp;
+  if (family.name == kCreaseFamily.name) options.family.ramp = ramp;
+  if (family.name == kCurvedCreaseFamily.name) options.family.ramp = ramp * ramp;
   options.weight = static_cast<float>(weight);
   options.variance = static_cast<float>(noise_variance);
   if (trial && short_trials) {

@@ -17,7 +17,7 @@ constexpr std::uint32_t kProbes = 3;
 constexpr int kSmoothing = 8, kPatch = 64;  ///< steps of the lazy walk
 
 /// Flats with a scale far below any facet.
-constexpr PotentialFamily kFineFlats{.name = kFlats.name, .scale = 0.003F};
+constexpr PotentialFamily kFineFlats{.name = kFlatFamily.name, .scale = 0.003F};
 
 class Scan {
  public:

@@ -67,10 +67,10 @@ constexpr std::array<std::string_view, 4> words_of(NoiseOption) {
 /// What the automatic setting is told of the surface; the words are the names of families in core/choice/families.h.
 enum class SurfaceOption {
   kEstimated,
-  kCreaseFamily,
-  kCurvedCreaseFamily,
-  kFlatFamily,
-  kOrganicFamily,
+  kCreases,
+  kCurvedCreases,
+  kFlats,
+  kOrganic,
 };
 
 constexpr std::array<std::string_view, 5> words_of(SurfaceOption) {
