@@ -88,7 +88,7 @@ TEST(WeldedMesh, ATriangleSoupIsSmoothedAsTheMeshThatItCameFrom) {
   const auto by_edge = labels_by_edge(expected.result);
   for (std::size_t e = 0; e < found.result.edges.size(); ++e) {
     const auto corner = [&](Index vertex) { return whole.triangles[vertex / 3][vertex % 3]; };
-    const auto [low, high] = std::minmax(corner(found.result.edges[e].v0), corner(found.result.edges[e].v1));
+    const auto [low, high] = std::minmax({corner(found.result.edges[e].v0), corner(found.result.edges[e].v1)});
     EXPECT_EQ(found.result.labels[e], by_edge.at({low, high}));
   }
   EXPECT_EQ(found.facts.ridge_edges, expected.facts.ridge_edges);
