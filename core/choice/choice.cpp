@@ -80,8 +80,6 @@ class Choice {
     return on_patches() ? std::span<const float>(patch_precisions_) : given_precisions_;
   }
 
-  // --- candidates ---
-
   GraduatedOptions setting(const PotentialFamily& family, double weight, double variance, bool trial) const {
     const double strength = trial ? 1 : options_.strength;
     return sight_.options(family, weight / (strength * strength), variance, trial);
@@ -230,8 +228,6 @@ class Choice {
     candidates_.pop_back();
     return shape;
   }
-
-  // --- from the first choice to the last ---
 
   std::size_t refine(std::size_t chosen) {
     const PotentialFamily family = candidates_[chosen].family;

@@ -109,6 +109,7 @@ void SqliteStore::take(Connection& connection, const std::string& id, const std:
   const std::int64_t now = now_ms();
   const std::string error = step.error ? step.error->SerializeAsString() : std::string();
   if (is_terminal(life.state)) files_.remove_working_files(id);
+  const std::int64_t not_before = step.wait.count() == 0 ? 0 : now + step.wait.count();
   count_change(connection);
   Query(connection,
         "UPDATE jobs SET state = ?2, attempt = ?3, strikes = ?4, deferrals = ?5, progressed = ?6,"
@@ -116,7 +117,7 @@ void SqliteStore::take(Connection& connection, const std::string& id, const std:
         " started = iif(?2 = 'queued', NULL, started), lease_owner = iif(?2 = 'running', lease_owner, NULL),"
         " version = (SELECT version FROM change_counter) WHERE id = ?1",
         id, name_of(life.state), life.attempt, life.strikes, life.deferrals, int{life.progressed},
-        int{life.cancel_requested}, life.losses, now + step.wait.count(), Blob{progress}, Blob{error})
+        int{life.cancel_requested}, life.losses, not_before, Blob{progress}, Blob{error})
       .run();
   if (!is_terminal(life.state)) return;
   Query(connection, "UPDATE jobs SET finished = ?1, expires = ?1 + retention, bytes = ?2 WHERE id = ?3", now,

@@ -68,6 +68,7 @@ void add_wrong_counts(std::vector<Hostile>& all) {
   for (const bool binary : {false, true}) {
     const std::string ply = binary ? ply_binary_file(mesh, false) : ply_ascii_file(mesh);
     for (const std::string lie : {"4294967295", "99999999999999999999", "-1", "27", "x", "19999999", "0"}) {
+      if (lie == "27" && binary) continue;  // then the first face is one of few corners
       all.push_back({"ply vertices " + lie, replaced(ply, "element vertex 26", "element vertex " + lie), "format=ply"});
       if (lie == "0" || lie == "27") continue;
       all.push_back({"ply faces " + lie, replaced(ply, "element face 48", "element face " + lie), "format=ply"});
@@ -76,7 +77,7 @@ void add_wrong_counts(std::vector<Hostile>& all) {
     all.push_back({"ply without x", replaced(ply, "property float x", "property float w"), "format=ply"});
     all.push_back({"ply without end of header", replaced(ply, "end_header", "end_headr"), "format=ply"});
   }
-  for (const std::uint32_t lie : {0U, 49U, 0xffffffffU, 0x7fffffffU, 19'999'999U}) {
+  for (const std::uint32_t lie : {49U, 0xffffffffU, 0x7fffffffU, 19'999'999U}) {
     std::string stl = stl_binary_file(mesh), count;
     append(count, lie);
     all.push_back({fmt::format("stl of {} facets", lie), stl.replace(80, 4, count), "format=stl"});
