@@ -20,7 +20,10 @@ std::vector<Vec3> JobSurface::upload_positions(std::vector<Vec3> positions) cons
   if (welded_ == nullptr) return positions;
   std::vector<Vec3> result;
   result.reserve(welded_->vertex_of.size());
-  for (const Index vertex : welded_->vertex_of) result.push_back(positions[vertex]);
+  for (std::size_t v = 0; v < welded_->vertex_of.size(); ++v) {
+    const Index vertex = welded_->vertex_of[v];
+    result.push_back(vertex == kNone ? input_.mesh.positions[v] : positions[vertex]);
+  }
   return result;
 }
 
@@ -36,7 +39,9 @@ Features JobSurface::upload_features(Features features) const {
   if (welded_ == nullptr) return features;
   Features result;
   result.segment_count = features.segment_count;
-  for (const Index vertex : welded_->vertex_of) result.classes.push_back(features.classes[vertex]);
+  for (const Index vertex : welded_->vertex_of) {
+    result.classes.push_back(vertex == kNone ? VertexClass::kSmooth : features.classes[vertex]);
+  }
   for (std::size_t face = 0; face < welded_->face_of.size(); ++face) {
     result.segments.push_back(segment_of(face, features.segments));
   }
@@ -54,8 +59,8 @@ Index JobSurface::segment_of(std::size_t face, const std::vector<Index>& segment
     if (edge != kNone && edge_of_[edge] != kNone) return segments[welded_->topology.edge_faces[edge_of_[edge]][0]];
   }
   for (const Index corner : input_.mesh.triangles[face]) {
-    const auto faces = welded_->topology.vertex_faces[welded_->vertex_of[corner]];
-    if (!faces.empty()) return segments[faces.front()];
+    const Index vertex = welded_->vertex_of[corner];
+    if (vertex != kNone) return segments[welded_->topology.vertex_faces[vertex].front()];
   }
   return kNone;
 }

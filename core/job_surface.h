@@ -21,7 +21,8 @@ class JobSurface {
   /// The number of vertices that were welded to others that are near, but not at the same position.
   std::uint32_t welded_nearby() const { return welded_nearby_; }
 
-  /// Values per vertex or edge of the surface as those of the upload; 0 for edges that the surface does not have.
+  /// Values per vertex or edge of the surface as those of the upload. Vertices that were left out stay where the upload
+  /// has them; edges that the surface does not have get 0.
   std::vector<Vec3> upload_positions(std::vector<Vec3> positions) const;
   std::vector<double> upload_edges(std::vector<double> values) const;
   /// Features of the surface as those of the upload. A face that was left out is in the segment of its neighbours, or

@@ -78,7 +78,8 @@ class Warner {
 
 Tally tally_isolated(const Mesh& upload, const Topology& topology, const WeldedMesh* welded) {
   return tally(upload.positions.size(), [&](std::size_t vertex) {
-    return topology.vertex_faces[welded == nullptr ? vertex : welded->vertex_of[vertex]].empty();
+    const Index smoothed = welded == nullptr ? static_cast<Index>(vertex) : welded->vertex_of[vertex];
+    return smoothed == kNone || topology.vertex_faces[smoothed].empty();
   });
 }
 

@@ -155,7 +155,21 @@ std::vector<Index> renumbered(const std::vector<Index>& first, std::vector<Index
   return number;
 }
 
+/// Leaves out the vertices that no face which stays has: they would take part in the order and the means of a run.
+void leave_out_unused(const std::vector<Triangle>& triangles, const std::vector<Index>& first_face,
+                      std::vector<Index>& first_vertex) {
+  std::vector<bool> used(first_vertex.size(), false);
+  for (Index face = 0; face < first_face.size(); ++face) {
+    if (first_face[face] != face) continue;
+    for (const Index corner : triangles[face]) used[first_vertex[corner]] = true;
+  }
+  for (Index vertex = 0; vertex < first_vertex.size(); ++vertex) {
+    if (first_vertex[vertex] == vertex && !used[vertex]) first_vertex[vertex] = kNone;
+  }
+}
+
 Index edge_between(const Topology& topology, Index a, Index b) {
+  if (a == kNone || b == kNone) return kNone;
   if (topology.vertex_edges[a].size() > topology.vertex_edges[b].size()) std::swap(a, b);
   for (const Index edge : topology.vertex_edges[a]) {
     if (other_end(topology.edges[edge], a) == b) return edge;
@@ -182,6 +196,7 @@ std::optional<WeldedMesh> weld(const Mesh& upload, double tolerance, WeldFacts& 
   const bool leaves_out = facts.degenerate_faces.count + facts.duplicate_faces.count > 0 && !keeps_all;
   if (!welds && !leaves_out) return std::nullopt;
 
+  leave_out_unused(upload.triangles, first_face, first_vertex);
   WeldedMesh welded;
   welded.vertex_of = renumbered(first_vertex, welded.upload_vertex);
   welded.face_of = renumbered(first_face, welded.upload_face);

@@ -27,12 +27,12 @@ struct WeldFacts {
   Tally duplicate_faces;      ///< with the three vertices of an earlier face, in any order
 };
 
-/// The mesh that is smoothed for an upload: coincident vertices are one, the first of them, and degenerate and
-/// duplicate faces are left out. All orders are those of the upload.
+/// The mesh that is smoothed for an upload: coincident vertices are one, the first of them; degenerate and duplicate
+/// faces are left out, and so are vertices in no face that stays. All orders are those of the upload.
 struct WeldedMesh {
   Mesh mesh;
   Topology topology;
-  std::vector<Index> vertex_of;      ///< per vertex of the upload
+  std::vector<Index> vertex_of;      ///< per vertex of the upload; kNone if it was left out
   std::vector<Index> face_of;        ///< per face of the upload; of a duplicate, the face that stays; kNone for none
   std::vector<Index> upload_vertex;  ///< per vertex of `mesh`, the first one of the upload
   std::vector<Index> upload_face;    ///< per face of `mesh`
