@@ -82,7 +82,8 @@ std::string write_json(const LabelledMesh& result, const nlohmann::ordered_json&
   }
   if (!result.segments.empty()) {
     text += ",\n";
-    append_array(text, "segments", result.segments, [&](Index segment) { append_number(text, segment); });
+    append_array(text, "segments", result.segments,
+                 [&](Index segment) { append_number(text, segment == kNone ? -1 : std::int64_t{segment}); });
   }
   text += ",\n\"extras\":";
   text += extras.is_null() ? "{}" : extras.dump();

@@ -41,6 +41,7 @@ std::vector<float> vertex_classes(const LabelledMesh& result, const std::vector<
 std::vector<float> vertex_segments(const LabelledMesh& result, const SplitMesh& split) {
   std::vector<float> values(split.source.size(), -1);
   for (std::size_t face = 0; face < split.triangles.size(); ++face) {
+    if (result.segments[face] == kNone) continue;
     for (const Index vertex : split.triangles[face]) values[vertex] = static_cast<float>(result.segments[face]);
   }
   return values;

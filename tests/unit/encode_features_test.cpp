@@ -94,6 +94,19 @@ TEST(EncodeFeatures, SegmentsSplitVerticesButNotNormals) {
   }
 }
 
+TEST(EncodeFeatures, AFaceOfNoSegmentHasSegmentMinusOne) {
+  LabelledMesh result = with_features(test::cube(3));
+  result.segments[4] = kNone;
+  const auto json = nlohmann::json::parse(encode_mesh(result, MeshFormat::kJson));
+  EXPECT_EQ(json["segments"][4], -1);
+  EXPECT_EQ(json["segments"][5], result.segments[5]);
+  const tinygltf::Model model = read(encode_mesh(result, MeshFormat::kGlb));
+  const tinygltf::Primitive& faces = model.meshes.at(0).primitives.at(0);
+  const auto segments = items<float>(model, faces.attributes.at("_SEGMENT"));
+  const auto indices = items<Index>(model, faces.indices);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(segments[indices[3 * 4 + k]], -1.0F);
+}
+
 TEST(EncodeFeatures, JsonMeshesListFeaturesOnlyWhenTheyAreKnown) {
   const LabelledMesh result = with_features(test::cube(3));
   const auto json = nlohmann::json::parse(encode_mesh(result, MeshFormat::kJson));
