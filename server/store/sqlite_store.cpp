@@ -135,17 +135,17 @@ v1::Job SqliteStore::submit(const NewJob& request, bool& created) {
       write_accepted(request, id);
       if (!request.weights.empty()) files_.adopt(id, request.weights, file::kWeights);
       files_.adopt(id, request.upload, file::kUpload);
-      if (auto known = insert(request, id)) {
+      v1::Job job = insert(request, id, created);
+      if (created) {
+        spdlog::info("job {} queued: {} bytes, {} faces", id, request.input.bytes(), request.input.faces());
+      } else {
         files_.discard(id);
-        return *known;
       }
+      return job;
     } catch (...) {
       files_.discard(id);
       throw;
     }
-    created = true;
-    spdlog::info("job {} queued: {} bytes, {} faces", id, request.input.bytes(), request.input.faces());
-    return find(id, std::nullopt).value();
   });
 }
 
@@ -165,7 +165,8 @@ void SqliteStore::write_accepted(const NewJob& request, const std::string& id) c
   file.commit(Durability::kNone);
 }
 
-std::optional<v1::Job> SqliteStore::insert(const NewJob& request, const std::string& id) {
+/// Returns the new job as it is before any worker sees it, or the one that the request's key has already.
+v1::Job SqliteStore::insert(const NewJob& request, const std::string& id, bool& created) {
   v1::Progress progress;
   progress.set_stage("queued");
   progress.set_sweeps(request.parameters.sweeps());
@@ -178,7 +179,7 @@ std::optional<v1::Job> SqliteStore::insert(const NewJob& request, const std::str
   const auto key = request.idempotency_key.empty() ? std::nullopt : std::optional<std::string>(request.idempotency_key);
 
   Writer::Transaction transaction(durable_writer_);
-  if (auto known = job_of_key(*transaction, request)) return known;
+  if (auto known = job_of_key(*transaction, request)) return *known;
   check_room(*transaction, request, bytes);
   count_change(*transaction);
   Query(*transaction,
@@ -188,8 +189,10 @@ std::optional<v1::Job> SqliteStore::insert(const NewJob& request, const std::str
         id, request.owner, now, retention_ms(request.parameters), static_cast<std::int64_t>(bytes), Blob{input},
         Blob{parameters}, Blob{warnings}, Blob{progress_bytes}, key, request.request_digest, now + needs.work.count())
       .run();
+  v1::Job job = job_of_id(*transaction, id, std::nullopt).value();
   transaction.commit();
-  return std::nullopt;
+  created = true;
+  return job;
 }
 
 void SqliteStore::check_room(Connection& connection, const NewJob& request, std::uint64_t bytes) const {

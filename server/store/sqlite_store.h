@@ -69,7 +69,7 @@ class SqliteStore final : public Store {
   void note_failure();
 
   std::string reserve_id(const std::string& fingerprint);
-  std::optional<crease::v1::Job> insert(const NewJob& job, const std::string& id);
+  crease::v1::Job insert(const NewJob& job, const std::string& id, bool& created);
   void write_accepted(const NewJob& job, const std::string& id) const;
   void check_room(Connection& connection, const NewJob& job, std::uint64_t bytes) const;
   bool delete_row(std::string_view id, const Owner& owner);
