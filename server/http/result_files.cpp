@@ -18,12 +18,23 @@ using crease::Error;
 using crease::Format;
 using crease::LabelledMesh;
 
-LabelledMesh read_result(const std::filesystem::path& path) {
+crease::v1::LabelledMesh read_message(const std::filesystem::path& path) {
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.open()) throw Error("store_unavailable", "the result of the job cannot be opened");
   google::protobuf::io::FileInputStream stream(file.get());
   crease::v1::LabelledMesh message;
   if (!message.ParseFromZeroCopyStream(&stream)) throw Error("store_unavailable", "the result of the job is damaged");
+  return message;
+}
+
+LabelledMesh read_result(const std::filesystem::path& path) { return crease::from_message(read_message(path)); }
+
+LabelledMesh read_measured(const std::filesystem::path& path) {
+  auto message = read_message(path);
+  if (message.measured_size() != message.positions_size()) {
+    throw Error("not_found", "the job was made by a version that did not keep the measured positions");
+  }
+  message.mutable_positions()->Swap(message.mutable_measured());
   return crease::from_message(message);
 }
 
@@ -68,6 +79,12 @@ class ResultFiles::Turn {
 std::shared_ptr<const OpenFile> ResultFiles::mesh(const crease::v1::Job& job, const Format& format) {
   return kept(job, fmt::format("mesh.{}", format.name),
               [&](const LabelledMesh& result) { return format.write(result, extras(job)); });
+}
+
+std::shared_ptr<const OpenFile> ResultFiles::measured(const crease::v1::Job& job, const Format& format) {
+  const Encoding encoding(encoders_);
+  const LabelledMesh mesh = read_measured(store_.file_path(job.id(), file::kResult));
+  return unkept(format.write(mesh, extras(job)));
 }
 
 std::shared_ptr<const OpenFile> ResultFiles::snapshot(const crease::v1::Job& job, const Format& format) {
