@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <filesystem>
 #include <functional>
 #include <string>
 
@@ -28,6 +29,7 @@ struct Services {
   CorsPolicy cors;
   std::size_t max_streams = 0;
   crease::OperatorSettings parameters;
+  std::filesystem::path page;  ///< folder of the web page; empty for none
 };
 
 /// One request, as a handler sees it.
@@ -36,7 +38,7 @@ struct Call {
   httplib::Response& response;
   Exchange& exchange;
   const Route& route;
-  std::string id;                                ///< job id from the path
+  std::string id;                                ///< id of the job, or name of the file, from the path
   const httplib::ContentReader* body = nullptr;  ///< null for methods that have no body
 
   const Caller& caller() const { return exchange.caller; }
