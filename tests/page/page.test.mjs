@@ -83,7 +83,7 @@ test('a sample is smoothed: divider, ridges, colours, section, downloads', async
   const page = await openPage(browser, service.url);
   await page.getByRole('button', { name: /machined part/ }).click();
   await page.locator('.gear').waitFor();
-  await page.locator('.run progress[value]').waitFor();
+  await page.locator('.run progress[value]').waitFor({ state: 'attached' }); // the job may be over by now
   await shot(page, 'running');
   await done(page);
   await page.getByRole('slider', { name: /Divider/ }).waitFor();
