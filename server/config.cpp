@@ -247,6 +247,8 @@ void add_serve_options(CLI::App& command, ServeConfig& config) {
   add(command, "--host", config.host, "Address to listen on");
   add(command, "--port", config.port, "Port to listen on; 0 takes any free one")->check(CLI::Range(0, 65'535));
   add_path(command, "--port-file", config.port_file, "File to write the port to once the server listens");
+  add_path(command, "--page-dir", config.page_dir,
+           "Folder of the web page; by default the one that is installed with this binary");
   add_store_options(command, config.store);
   add(command, "--orphans", config.store.orphans,
       "When the database is missing beside files of jobs: refuse to start, adopt the jobs, or discard their files")

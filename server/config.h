@@ -65,6 +65,7 @@ struct ServeConfig {
   std::string host = "127.0.0.1";
   int port = 8080;
   std::filesystem::path port_file;
+  std::filesystem::path page_dir;  ///< empty for the page that is installed with the binary
   std::size_t workers = 1;
   std::size_t max_upload_mb = 512;
   std::size_t max_streams = 1'000;

@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "server/config.h"
+#include "server/http/openapi.h"
 #include "server/http/serve.h"
 #include "server/log.h"
 #include "server/store/store.h"
@@ -69,6 +70,11 @@ int run_key(const creased::KeyConfig& config) {
   return 0;
 }
 
+int run_openapi() {
+  fmt::print("{}\n", creased::openapi_document({}).dump(2));
+  return 0;
+}
+
 template <typename Run>
 int guarded(const creased::LogConfig& log, const Run& run) {
   creased::configure_log(log.format, log.level);
@@ -102,6 +108,7 @@ int run(int argc, char** argv) {
   auto* key_command = app.add_subcommand(
       "key", "Make an API key. Prints it, and prints its entry for the key file or adds the entry to --keys");
   creased::add_key_options(*key_command, key);
+  auto* openapi_command = app.add_subcommand("openapi", "Print the OpenAPI document");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -110,6 +117,7 @@ int run(int argc, char** argv) {
   if (serve_command->parsed()) return guarded(serve.log, [&] { return run_serve(serve); });
   if (worker_command->parsed()) return guarded(worker.log, [&] { return run_worker(worker); });
   if (key_command->parsed()) return run_key(key);
+  if (openapi_command->parsed()) return run_openapi();
   return run_compute();
 }
 

@@ -5,6 +5,7 @@
 #   build     the release preset, tests and benchmarks included
 #   unit service quality   the rooms of tests under ctest, one process for each suite
 #   gltf      results of the command line through the Khronos validator
+#   page      the web page in Chromium; pictures in build/page
 #   lint      formatting and shellcheck
 #   asan      the unit tests under AddressSanitizer and UndefinedBehaviorSanitizer
 #   fuzz [SECONDS [TARGET…]]   what once was a fault, then every fuzzer for so long (5), in the build of asan
@@ -18,7 +19,7 @@
 set -euo pipefail
 
 cd "$(dirname "$(readlink -f "$0")")/.."
-readonly steps=(build unit service quality gltf lint asan fuzz tsan tidy)
+readonly steps=(build unit service quality gltf page lint asan fuzz tsan tidy)
 readonly takes_words='^(fuzz|tidy)$' may_be_left_out='^(tidy|tsan)$'
 readonly bin=build/release/bin
 # What cannot run on this machine ends with this code.
@@ -32,7 +33,7 @@ ctest_room() { # PRESET ROOM [OPTION…]
 }
 
 run_build() {
-  docker/install-packages.sh build demo test
+  docker/install-packages.sh build page demo test
   cmake --preset release
   cmake --build --preset release
 }
@@ -53,6 +54,12 @@ run_gltf() {
   done
   npm ci --prefix tests/gltf --no-audit --no-fund
   node tests/gltf/validate.mjs "$results"
+}
+
+run_page() {
+  docker/install-packages.sh page test
+  npm ci --prefix tests/page --no-audit --no-fund
+  CREASED_BIN=$PWD/$bin CREASED_SHOTS=$PWD/build/page node --test tests/page/page.test.mjs
 }
 
 run_lint() { tests/lint.sh; }

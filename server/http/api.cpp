@@ -11,6 +11,7 @@
 #include "server/http/jobs.h"
 #include "server/http/openapi.h"
 #include "server/http/problem.h"
+#include "server/http/samples.h"
 #include "server/http/submit.h"
 #include "server/log.h"
 
@@ -49,7 +50,8 @@ void answer_json(Call& call, const nlohmann::ordered_json& answer, const std::st
 Api::Api(const Services& services)
     : services_(services),
       downloads_(services.store),
-      streams_(services.store, services.watcher, services.gate, services.max_streams) {
+      streams_(services.store, services.watcher, services.gate, services.max_streams),
+      page_(services.page) {
   handlers_ = {
       {"submit_job", [this](Call& call) { submit_job(services_, call); }},
       {"list_jobs", [this](Call& call) { list_jobs(services_, call); }},
@@ -63,6 +65,10 @@ Api::Api(const Services& services)
       {"get_report", [this](Call& call) { downloads_.get_report(call); }},
       {"get_parameters", [schema = crease::parameters_schema(services.parameters)](
                              Call& call) { answer_json(call, schema, "application/schema+json"); }},
+      {"get_page", [this](Call& call) { page_.get_page(call); }},
+      {"get_docs", [this](Call& call) { page_.get_docs(call); }},
+      {"get_asset", [this](Call& call) { page_.get_asset(call); }},
+      {"get_sample", get_sample},
       {"get_health",
        [](Call& call) {
          answer_json(call, {{"status", "ok"}, {"version", CREASE_VERSION}});

@@ -7,6 +7,7 @@
 #include "server/http/downloads.h"
 #include "server/http/events.h"
 #include "server/http/guarded_server.h"
+#include "server/http/page.h"
 
 namespace creased {
 
@@ -42,6 +43,7 @@ class Api {
   Services services_;
   Downloads downloads_;
   EventStreams streams_;
+  Page page_;
   std::map<std::string, Handler> handlers_;  // by operation id
   const GuardedServer* server_ = nullptr;
 };

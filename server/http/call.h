@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <filesystem>
 #include <functional>
 #include <string>
 
@@ -30,6 +31,7 @@ struct Services {
   crease::OperatorSettings parameters;
   /// Why the service is not ready, as it is known; null to ask the store.
   std::function<std::string()> not_ready = nullptr;
+  std::filesystem::path page;  ///< folder of the web page; empty for none
 };
 
 /// One request, as a handler sees it.
@@ -38,7 +40,7 @@ struct Call {
   httplib::Response& response;
   Exchange& exchange;
   const Route& route;
-  std::string id;                                ///< job id from the path
+  std::string id;                                ///< id of the job, or name of the file, from the path
   const httplib::ContentReader* body = nullptr;  ///< null for methods that have no body
 
   const Caller& caller() const { return exchange.caller; }

@@ -50,12 +50,18 @@ void Downloads::get_mesh(Call& call) {
   const Format& format = wanted_format(call, crease::mesh_formats());
   const bool snapshot = query_flag(call.request.params, "snapshot") && !is_terminal(job.state());
   if (!snapshot) require_success(job);
+  const bool measured = query_flag(call.request.params, "measured");
+  if (measured && snapshot) {
+    throw Error::parameter("parameter_invalid", "measured", "true", "false, or left out, with snapshot=true");
+  }
   const std::string extension(format.extensions.front());
   Download download;
   download.media_type = format.media_types.front();
   download.disposition = attachment(job.input().name(), job.id(), extension);
-  download.etag = snapshot ? "" : etag(job, extension);
-  download.file = snapshot ? files_.snapshot(job, format) : files_.mesh(job, format);
+  download.etag = snapshot ? "" : etag(job, (measured ? "measured-" : "") + extension);
+  download.file = snapshot   ? files_.snapshot(job, format)
+                  : measured ? files_.measured(job, format)
+                             : files_.mesh(job, format);
   send_file(call, download);
 }
 

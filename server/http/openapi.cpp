@@ -42,6 +42,17 @@ const std::vector<std::string> kCommonProblems = {"address_connections_full",
 
 Json reference(const std::string& schema) { return {{"$ref", "#/components/schemas/" + schema}}; }
 
+Json bytes_schema() { return {{"type", "string"}, {"format", "binary"}}; }
+
+/// What the schema does not say of a text: words of a state, times.
+Json text_schema(const FieldDescriptor& field) {
+  if (field.name() == "state") {
+    return {{"type", "string"}, {"enum", {"queued", "running", "succeeded", "failed", "cancelled"}}};
+  }
+  if (field.name().ends_with("_at")) return {{"type", "string"}, {"format", "date-time"}};
+  return {{"type", "string"}};
+}
+
 Json field_schema(const FieldDescriptor& field) {
   switch (field.cpp_type()) {
     case FieldDescriptor::CPPTYPE_MESSAGE:
@@ -52,22 +63,33 @@ Json field_schema(const FieldDescriptor& field) {
     case FieldDescriptor::CPPTYPE_FLOAT:
       return {{"type", "number"}};
     case FieldDescriptor::CPPTYPE_STRING:
-      return {{"type", "string"}};
+      return text_schema(field);
     default:
       return {{"type", "integer"}, {"minimum", 0}};
   }
 }
 
+/// Whether JSON has the field even when it is empty. Of the messages inside others, a job without an end has no result,
+/// one that did not fail no error, and so on.
+bool is_always_there(const FieldDescriptor& field) {
+  static const std::set<std::string> sometimes = {"result", "error", "choice", "energy"};
+  const bool message = field.message_type() != nullptr && !field.is_repeated();
+  return message ? !sometimes.contains(field.name()) : !field.has_presence();
+}
+
 void add_message(const google::protobuf::Descriptor& message, Json& schemas) {
   if (schemas.contains(message.name())) return;
   Json& schema = schemas[message.name()] = {{"type", "object"}, {"properties", Json::object()}};
+  Json required = Json::array();
   std::vector<const google::protobuf::Descriptor*> inner;
   for (int i = 0; i < message.field_count(); ++i) {
     const FieldDescriptor& field = *message.field(i);
     Json one = field_schema(field);
     schema["properties"][field.name()] = field.is_repeated() ? Json{{"type", "array"}, {"items", one}} : one;
+    if (is_always_there(field)) required.push_back(field.name());
     if (field.message_type() != nullptr) inner.push_back(field.message_type());
   }
+  if (!required.empty()) schema["required"] = std::move(required);
   for (const auto* next : inner) add_message(*next, schemas);
 }
 
@@ -96,6 +118,7 @@ Json labels_schema() {
   const Json numbers = {{"type", "array"}, {"items", {{"type", "number"}}}};
   const Json pair = {{"type", "array"}, {"items", {{"type", "integer"}}}, {"minItems", 2}, {"maxItems", 2}};
   return {{"type", "object"},
+          {"required", {"edges", "labels", "dihedral_deg", "count", "threshold"}},
           {"properties",
            {{"edges", {{"type", "array"}, {"items", pair}}},
             {"labels", numbers},
@@ -108,6 +131,7 @@ Json ridges_schema() {
   const Json indices = {{"type", "array"}, {"items", {{"type", "integer"}, {"minimum", 0}}}};
   const Json number = {{"type", "number"}};
   const Json line = {{"type", "object"},
+                     {"required", {"vertices", "closed", "length", "mean_label", "mean_dihedral_deg"}},
                      {"properties",
                       {{"vertices", indices},
                        {"closed", {{"type", "boolean"}}},
@@ -115,6 +139,7 @@ Json ridges_schema() {
                        {"mean_label", number},
                        {"mean_dihedral_deg", number}}}};
   return {{"type", "object"},
+          {"required", {"ridges", "count", "corners"}},
           {"properties",
            {{"ridges", {{"type", "array"}, {"items", line}}}, {"count", {{"type", "integer"}}}, {"corners", indices}}}};
 }
@@ -152,14 +177,19 @@ Json header_parameter(const std::string& name, const std::string& meaning) {
 
 Json operation_parameters(const Route& route, const Json& of_jobs) {
   Json all = Json::array();
-  if (route.path.find("{id}") != std::string::npos) {
-    all.push_back({{"name", "id"}, {"in", "path"}, {"required", true}, {"schema", {{"type", "string"}}}});
+  if (const auto brace = route.path.find('{'); brace != std::string::npos) {
+    const std::string name = route.path.substr(brace + 1, route.path.find('}') - brace - 1);
+    all.push_back({{"name", name}, {"in", "path"}, {"required", true}, {"schema", {{"type", "string"}}}});
   }
   for (const auto& field : route.query) {
     all.push_back(query_parameter(field.name, field.meaning, field_as_schema(field)));
   }
   if (route.operation == "watch_job") {
     all.push_back(header_parameter("Last-Event-ID", "Sends only what is newer than the event with this id."));
+  }
+  if (route.has_ranges()) {
+    all.push_back(header_parameter("Range", "Bytes of the file, as in bytes=0-99."));
+    all.push_back(header_parameter("If-None-Match", "ETag of a copy; the answer is 304 when it is current."));
   }
   if (!route.takes_parameters()) return all;
   all.push_back(header_parameter("Prefer", "wait=N delays the answer until the job ends, at most N seconds."));
@@ -177,8 +207,8 @@ Json weights_schema() {
 }
 
 Json submit_body() {
-  const Json bytes = Json::object();
-  const Json parts = {{"mesh", bytes}, {"parameters", reference("Parameters")}, {"weights", weights_schema()}};
+  const Json bytes = {{"schema", bytes_schema()}};
+  const Json parts = {{"mesh", bytes_schema()}, {"parameters", reference("Parameters")}, {"weights", weights_schema()}};
   Json content;
   content["multipart/form-data"]["schema"] = {{"type", "object"}, {"required", {"mesh"}}, {"properties", parts}};
   for (const auto* format : crease::formats_with(&crease::Format::read)) {
@@ -193,15 +223,35 @@ Json header(const std::string& meaning, const std::string& type) {
   return {{"description", meaning}, {"schema", {{"type", type}}}};
 }
 
+Json content_schema(const std::string& type) {
+  if (type.ends_with("json") && type.starts_with("application/")) return {{"type", "object"}};
+  return type.starts_with("text/") ? Json{{"type", "string"}} : bytes_schema();
+}
+
+/// Adds the headers that an answer of the route has when it succeeds.
+void add_headers(const Route& route, const RouteAnswer& answer, Json& response) {
+  if (route.takes_parameters()) {
+    response["headers"]["Location"] = header("Path of the job.", "string");
+    response["headers"]["Preference-Applied"] = header("wait=N where the answer waited for the end.", "string");
+    response["headers"]["Idempotent-Replayed"] = header("true when the key had already made this job.", "boolean");
+  }
+  if (!route.has_ranges()) return;
+  response["headers"]["ETag"] = header("Changes with the content.", "string");
+  if (answer.status == 304) return;
+  response["headers"]["Accept-Ranges"] = header("bytes.", "string");
+  if (route.operation == "get_mesh") {
+    response["headers"]["Content-Disposition"] = header("File name of the mesh.", "string");
+  }
+  if (answer.status == 206) response["headers"]["Content-Range"] = header("The bytes of the answer.", "string");
+}
+
 Json success(const Route& route, const RouteAnswer& answer) {
   Json response = {{"description", answer.meaning}};
   for (const auto& type : answer.media_types) {
     const bool typed = type == "application/json" && !answer.schema.empty();
-    response["content"][type] = typed ? Json{{"schema", reference(answer.schema)}} : Json::object();
+    response["content"][type]["schema"] = typed ? reference(answer.schema) : content_schema(type);
   }
-  if (route.takes_parameters()) {
-    response["headers"]["Location"] = header("Path of the job.", "string");
-  }
+  add_headers(route, answer, response);
   return response;
 }
 
@@ -248,9 +298,16 @@ Json security(const Route& route) {
   return Json::array({key, nothing});
 }
 
+std::string tag(const Route& route) {
+  if (route.has_ranges() || route.operation == "get_report") return "Results";
+  return route.path.starts_with("/v1/jobs") ? "Jobs" : "Service";
+}
+
 Json operation(const Route& route, const Json& parameters) {
   Json one = {{"operationId", route.operation},
               {"summary", route.summary},
+              {"description", route.summary + "."},
+              {"tags", {tag(route)}},
               {"parameters", operation_parameters(route, parameters)}};
   one["security"] = security(route);
   if (route.takes_parameters()) one["requestBody"] = submit_body();
@@ -267,8 +324,14 @@ nlohmann::ordered_json openapi_document(const crease::OperatorSettings& settings
                    {"info",
                     {{"title", "creased"},
                      {"version", CREASE_VERSION},
-                     {"summary", "Removes noise from triangle meshes, keeps their ridges, and labels them."}}},
-                   {"servers", {{{"url", "/"}}}}};
+                     {"summary", "Removes noise from triangle meshes, keeps their ridges, and labels them."},
+                     {"description", "Submit a mesh as a job, follow it, and download the result in any format."},
+                     {"license", {{"name", "MIT"}, {"identifier", "MIT"}}}}},
+                   {"servers", {{{"url", "/"}}}},
+                   {"tags",
+                    {{{"name", "Jobs"}, {"description", "Submit, list, follow, cancel and delete jobs."}},
+                     {{"name", "Results"}, {"description", "Download what a job has made."}},
+                     {{"name", "Service"}, {"description", "Parameters, health, metrics, documents and the page."}}}}};
   for (const auto& route : routes())
     document["paths"][route.path][crease::lower(route.method)] = operation(route, parameters);
   document["components"]["schemas"] = component_schemas(parameters);

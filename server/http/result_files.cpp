@@ -18,11 +18,22 @@ using crease::Error;
 using crease::Format;
 using crease::LabelledMesh;
 
-LabelledMesh parse_result(const std::string& bytes) {
+crease::v1::LabelledMesh parse_message(const std::string& bytes) {
   crease::v1::LabelledMesh message;
   if (bytes.empty() || !message.ParseFromString(bytes)) {
     throw Error(code::kResultDamaged, "the result of the job cannot be read");
   }
+  return message;
+}
+
+LabelledMesh parse_result(const std::string& bytes) { return crease::from_message(parse_message(bytes)); }
+
+LabelledMesh parse_measured(const std::string& bytes) {
+  auto message = parse_message(bytes);
+  if (message.measured_size() != message.positions_size()) {
+    throw Error("not_found", "the job was made by a version that did not keep the measured positions");
+  }
+  message.mutable_positions()->Swap(message.mutable_measured());
   return crease::from_message(message);
 }
 
@@ -70,6 +81,11 @@ std::shared_ptr<const OpenFile> ResultFiles::mesh(const crease::v1::Job& job, co
 }
 
 LabelledMesh ResultFiles::result_of(const std::string& id) { return parse_result(checked_.read(id, file::kResult)); }
+
+std::shared_ptr<const OpenFile> ResultFiles::measured(const crease::v1::Job& job, const Format& format) {
+  const Encoding encoding(encoders_);
+  return unkept(format.write(parse_measured(checked_.read(job.id(), file::kResult)), extras(job)));
+}
 
 std::shared_ptr<const OpenFile> ResultFiles::snapshot(const crease::v1::Job& job, const Format& format) {
   const auto source = open_file(store_.file_path(job.id(), file::kSnapshot));

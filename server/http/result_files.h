@@ -24,6 +24,8 @@ class ResultFiles {
 
   /// The mesh of a job that succeeded.
   std::shared_ptr<const OpenFile> mesh(const crease::v1::Job& job, const crease::Format& format);
+  /// The same with the measured positions. \throw crease::Error not_found for jobs of a version that did not keep them
+  std::shared_ptr<const OpenFile> measured(const crease::v1::Job& job, const crease::Format& format);
   /// The last snapshot of a running job's mesh. \throw crease::Error snapshot_unavailable
   std::shared_ptr<const OpenFile> snapshot(const crease::v1::Job& job, const crease::Format& format);
   /// The edges with a label of at least `min`, of a job that succeeded.

@@ -113,7 +113,10 @@ std::vector<Route> result_routes() {
        "Download the smoothed mesh",
        {{"format", "string", "Format of the mesh. By default the Accept header decides, or else it is glb.",
          names(crease::mesh_formats())},
-        {"snapshot", "boolean", "While the job is running, its latest intermediate mesh."}},
+        {"snapshot", "boolean", "While the job is running, its latest intermediate mesh."},
+        {"measured", "boolean",
+         "The measured positions in place of the smoothed ones, with the same vertices, faces and splits as the "
+         "result."}},
        {{200, "The mesh.", media_types(crease::mesh_formats()), ""},
         {206, "A range of its bytes.", media_types(crease::mesh_formats()), ""},
         {304, "The mesh in If-None-Match is current.", {}, ""}},
@@ -158,6 +161,13 @@ std::vector<Route> service_routes() {
        {{200, "JSON Schema.", {"application/schema+json"}, ""}},
        {}},
       {"GET",
+       "/v1/samples/{name}",
+       "get_sample",
+       "Download a mesh to try the service with: part.ply, a machined part, or scan.ply, a scan",
+       {},
+       {{200, "The mesh.", {"model/ply"}, ""}},
+       {"not_found"}},
+      {"GET",
        "/healthz",
        "get_health",
        "Check that the process is alive",
@@ -181,6 +191,23 @@ std::vector<Route> service_routes() {
        {{200, "The metrics.", {"text/plain"}, ""}},
        {"forbidden"},
        Access::kMetrics},
+      {"GET", "/", "get_page", "The workbench, a page", {}, {{200, "The page.", {"text/html"}, ""}}, {}, Access::kOpen},
+      {"GET",
+       "/docs",
+       "get_docs",
+       "This OpenAPI document as a page",
+       {},
+       {{200, "The page.", {"text/html"}, ""}},
+       {},
+       Access::kOpen},
+      {"GET",
+       "/assets/{name}",
+       "get_asset",
+       "A file of the page",
+       {},
+       {{200, "The file.", {"text/javascript", "text/css", "image/svg+xml"}, ""}},
+       {"not_found"},
+       Access::kOpen},
       {"GET",
        "/openapi.json",
        "get_openapi",
@@ -199,9 +226,9 @@ std::vector<Route> make_routes() {
 }
 
 bool match_path(std::string_view pattern, std::string_view path, std::string& id) {
-  const auto brace = pattern.find("{id}");
+  const auto brace = pattern.find('{');
   if (brace == std::string_view::npos) return pattern == path;
-  const std::string_view before = pattern.substr(0, brace), after = pattern.substr(brace + 4);
+  const std::string_view before = pattern.substr(0, brace), after = pattern.substr(pattern.find('}') + 1);
   if (path.size() <= before.size() + after.size() || !path.starts_with(before) || !path.ends_with(after)) return false;
   const std::string_view middle = path.substr(before.size(), path.size() - before.size() - after.size());
   if (middle.size() > kMaxIdBytes || middle.find('/') != std::string_view::npos) return false;

@@ -38,7 +38,7 @@ enum class Access {
 /// One route of the API. Dispatch, the check of queries and the OpenAPI document all come from the table of routes.
 struct Route {
   std::string method;
-  std::string path;  ///< {id} stands for the id of a job
+  std::string path;  ///< {id} stands for the id of a job, {name} for the name of a file
   std::string operation;
   std::string summary;
   std::vector<QueryField> query;
@@ -47,14 +47,15 @@ struct Route {
   Access access = Access::kKey;
 
   bool takes_parameters() const { return operation == "submit_job"; }
+  bool has_ranges() const { return operation == "get_mesh" || operation == "get_labels" || operation == "get_ridges"; }
 };
 
 /// All routes, in the order of the documentation.
 std::span<const Route> routes();
 
 struct RouteMatch {
-  const Route* route = nullptr;  ///< null when there is no such path or method
-  std::string id;
+  const Route* route = nullptr;      ///< null when there is no such path or method
+  std::string id;                    ///< what stands for {id} or {name}
   std::vector<std::string> allowed;  ///< methods of the path; empty when there is no such path
 };
 

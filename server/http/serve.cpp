@@ -112,7 +112,8 @@ class Service {
         inspector_(inspector_options(config, executable)),
         watcher_(*store_, kPoll, [this](const crease::v1::Job& job) { metrics_.count_state(job); }),
         api_({*store_, inspector_, watcher_, metrics_, gate_, shutting_down_, CorsPolicy(config.access.cors_origins),
-              config.max_streams, parameter_settings(config), [this] { return health_.reason(); }}),
+              config.max_streams, parameter_settings(config), [this] { return health_.reason(); },
+              config.page_dir.empty() ? Page::installed_folder(executable) : config.page_dir}),
         housekeeper_(*store_, kHousekeeping,
                      [this](const std::string& id) {
                        watcher_.refresh(id);

@@ -86,7 +86,7 @@ class JobComputation {
     encoding.set_stage("encoding");
     send_progress(encoding);
     for (const auto& warning : output.warnings) warnings_.push_back(crease::to_message(warning));
-    write_result(std::move(output.result));
+    write_result(std::move(output.result), input.mesh.positions);
     write_report(output);
     send_end(output.facts);
   }
@@ -228,9 +228,13 @@ class JobComputation {
     });
   }
 
-  void write_result(crease::LabelledMesh result) {
+  void write_result(crease::LabelledMesh result, const std::vector<crease::Vec3>& measured) {
     const crease::Stopwatch stopwatch;
-    const v1::LabelledMesh message = crease::to_message(result);
+    v1::LabelledMesh message = crease::to_message(result);
+    message.mutable_measured()->Reserve(static_cast<int>(3 * measured.size()));
+    for (const crease::Vec3& position : measured) {
+      for (const double coordinate : position) message.add_measured(coordinate);
+    }
     result = {};
     write_message(output(v1::RUN_FILE_RESULT).get(), message);
     send_complete(v1::RUN_FILE_RESULT);

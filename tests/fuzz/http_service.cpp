@@ -75,7 +75,8 @@ class Service {
               .shutting_down = shutting_down_,
               .cors = creased::CorsPolicy({"https://app.example"}),
               .max_streams = 4,
-              .parameters = settings()}),
+              .parameters = settings(),
+              .page = {}}),
         server_(server_options(), hooks()) {
     api_.attach(server_);
     server_.bind("127.0.0.1", 0);  // never used, but the library considers a server without a socket stopped

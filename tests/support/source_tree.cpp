@@ -47,7 +47,8 @@ Paths rooms() {
   Paths found(kFolders.begin(), kFolders.end());
   for (const char* const folder : kFoldersWithRooms) {
     for (const auto& entry : fs::directory_iterator(source_root() / folder)) {
-      if (entry.is_directory() && holds_files(entry.path())) found.insert(tree_path(entry.path()));
+      if (entry.is_directory() && entry.path().filename() != "node_modules" && holds_files(entry.path()))
+        found.insert(tree_path(entry.path()));
     }
   }
   return found;

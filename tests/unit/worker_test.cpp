@@ -105,7 +105,11 @@ std::string bytes_of_run_in_process(const std::string& upload, std::uint32_t cou
   const auto input = crease::check_input(upload, crease::MeshFormat::kObj);
   crease::RunContext context;
   const auto output = crease::run_job(input, crease::to_options(crease::resolve(sweeps(count))), context);
-  return crease::to_message(output.result).SerializeAsString();
+  auto message = crease::to_message(output.result);
+  for (const crease::Vec3& position : input.mesh.positions) {
+    for (const double coordinate : position) message.add_measured(coordinate);
+  }
+  return message.SerializeAsString();
 }
 
 TEST_F(WorkerTest, AJobGivesTheResultOfALocalRun) {

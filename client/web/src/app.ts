@@ -1,0 +1,419 @@
+import { Client, CreasedError, type Job } from 'creased-client';
+import { measuresOf } from './mesh/measures';
+import { readInWorker } from './mesh/reader';
+import { loadOutcome, type Outcome } from './session';
+import { downloadsOf, save } from './ui/away';
+import { Commands, creaseCommand, curlCommand } from './ui/commands';
+import { askForKey, askForText, showJobs, showKeys } from './ui/dialogs';
+import { fill, h, iconButton, section } from './ui/dom';
+import { Hover } from './ui/hover';
+import { LookPanel } from './ui/look_panel';
+import { ParameterForm, type Schema } from './ui/parameters';
+import { factsOf, figuresOf, RidgeList } from './ui/result';
+import { RunCard } from './ui/run';
+import { canvasColours, toggleTheme } from './ui/theme';
+import { Notice, Ruler, Views } from './ui/views';
+import { welcome } from './ui/welcome';
+import { errorWords, stateWord } from './ui/words';
+import { sortedRidges } from './viewer/layer';
+import { Stage, type Arrangement } from './viewer/stage';
+
+const kKeyName = 'creased-key';
+const kSnapshotMs = 2000;
+const kRidgeThreshold = 0.5;
+
+interface Upload {
+  bytes: Blob;
+  name: string;
+}
+
+/** The page: one mesh, its jobs, and what they made of it. */
+export class Workbench {
+  private readonly client = new Client({ key: () => sessionStorage.getItem(kKeyName) ?? undefined });
+  private readonly holder = document.getElementById('stage')!;
+  private readonly panel = document.getElementById('panel')!;
+  private readonly now = document.getElementById('now')!;
+  private readonly canvas = h('canvas', { tabindex: 0, role: 'img', 'aria-label': 'The mesh. Arrow keys turn it, plus and minus zoom.', 'aria-keyshortcuts': 'Space D F W R M' });
+  private readonly stage: Stage;
+  private readonly views: Views;
+  private readonly look: LookPanel;
+  private readonly ruler: Ruler;
+  private readonly hover: Hover;
+  private readonly notice = new Notice();
+  private readonly run = new RunCard(() => void this.cancel());
+  private readonly commands = new Commands();
+  private readonly ridges = new RidgeList((vertices, closed) => {
+    this.stage.after.light(vertices, closed);
+    this.stage.redraw();
+  });
+  private readonly file = h('input', { type: 'file', hidden: true, 'aria-label': 'Mesh file', accept: '.obj,.ply,.off,.stl,.gltf,.glb' });
+  private readonly parts: Record<'facts' | 'result' | 'away', HTMLElement> = { facts: h('div'), result: h('div'), away: h('div') };
+  private parameters?: ParameterForm;
+  private upload?: Upload;
+  private job?: Job;
+  private outcome?: Outcome;
+  private compared?: Outcome;
+  private following = new AbortController();
+
+  constructor() {
+    this.holder.append(this.canvas);
+    this.stage = new Stage(this.canvas);
+    this.views = new Views(this.stage, {
+      wire: (on) => this.look.setWires(on),
+      measure: (on) => this.ruler.toggle(on),
+      picture: () => void this.savePicture(),
+      arranged: (name) => this.arrange(name),
+    });
+    this.look = new LookPanel(this.stage, (on) => this.views.wire.setAttribute('aria-pressed', String(on)));
+    this.ruler = new Ruler(this.stage, () => this.job?.input.mean_edge_length ?? 0);
+    this.hover = new Hover(this.stage, () => this.outcome);
+    this.stage.onDraw = () => this.ruler.draw();
+    this.holder.append(this.views.element, this.ruler.element, this.hover.element, this.run.element, this.notice.element, this.file);
+  }
+
+  async start(): Promise<void> {
+    this.listen();
+    this.theme();
+    fill(document.getElementById('tools')!,
+      iconButton('open', 'Open a mesh', () => this.file.click()),
+      iconButton('jobs', 'Jobs', () => void this.attempt(() => showJobs(this.client, (job) => { location.hash = `job=${job.id}`; }))),
+      iconButton('sun', 'Light or dark', () => { toggleTheme(); this.theme(); }),
+      iconButton('help', 'Keys and help', showKeys));
+    await this.route();
+    void this.attempt(() => this.loadParameters());
+  }
+
+  private listen(): void {
+    this.file.addEventListener('change', () => {
+      const file = this.file.files?.[0];
+      if (file) void this.open({ bytes: file, name: file.name });
+      this.file.value = '';
+    });
+    window.addEventListener('dragover', (event) => {
+      event.preventDefault();
+      this.holder.classList.add('dropping');
+    });
+    window.addEventListener('dragleave', (event) => {
+      if (event.relatedTarget === null) this.holder.classList.remove('dropping');
+    });
+    window.addEventListener('drop', (event) => {
+      event.preventDefault();
+      this.holder.classList.remove('dropping');
+      const file = event.dataTransfer?.files[0];
+      if (file) void this.open({ bytes: file, name: file.name });
+    });
+    window.addEventListener('paste', (event) => this.paste(event));
+    window.addEventListener('hashchange', () => void this.route());
+    window.addEventListener('keydown', (event) => this.shortcut(event));
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.theme());
+    this.canvas.addEventListener('click', (event) => {
+      if (!this.ruler.on) return;
+      const hit = this.stage.pick(event.offsetX, event.offsetY);
+      if (hit) this.ruler.add(hit);
+    });
+  }
+
+  private paste(event: ClipboardEvent): void {
+    if (event.target instanceof HTMLInputElement || event.target instanceof HTMLTextAreaElement) return;
+    const file = event.clipboardData?.files[0];
+    const text = event.clipboardData?.getData('text/plain');
+    if (file) void this.open({ bytes: file, name: file.name });
+    else if (text && text.length > 30) void this.open({ bytes: new Blob([text]), name: 'pasted' });
+  }
+
+  private shortcut(event: KeyboardEvent): void {
+    const target = event.target as HTMLElement;
+    if (event.ctrlKey || event.metaKey || event.altKey || target.matches('input, select, textarea, summary') || document.querySelector('dialog[open]')) return;
+    const keys: Record<string, () => void> = {
+      d: () => this.views.ready && this.views.show('divided'),
+      f: () => this.stage.reframe(),
+      w: () => this.look.setWires(!this.look.wires),
+      r: () => this.look.toggleRidges(),
+      m: () => this.views.ruler.click(),
+      o: () => this.file.click(),
+      '?': showKeys,
+    };
+    if (event.key === ' ' && target.tagName !== 'BUTTON' && this.views.ready) {
+      event.preventDefault();
+      this.views.flip();
+    } else keys[event.key]?.();
+  }
+
+  private theme(): void {
+    const { clay, inside, wire } = canvasColours();
+    for (const layer of [this.stage.before, this.stage.after]) layer.setTheme(clay, inside, wire);
+    this.stage.redraw();
+  }
+
+  /** Shows the job that the address names, or the start. */
+  private async route(): Promise<void> {
+    const id = location.hash.match(/^#job=([0-9a-f-]+)/)?.[1];
+    if (!id) {
+      if (!this.job && !this.upload) this.showWelcome();
+      return;
+    }
+    if (id === this.job?.id) return;
+    await this.attempt(async () => this.reopen(await this.client.job(id)));
+  }
+
+  private showWelcome(): void {
+    this.holder.classList.add('empty');
+    this.panel.classList.add('empty');
+    document.getElementById('welcome')?.remove();
+    this.holder.append(welcome({
+      choose: () => this.file.click(),
+      paste: () => void askForText().then((text) => (text ? this.open({ bytes: new Blob([text]), name: 'pasted' }) : undefined)),
+      sample: (name) => void this.attempt(async () => this.open({ bytes: new Blob([await this.client.sample(name)]), name })),
+    }));
+  }
+
+  private async loadParameters(): Promise<void> {
+    const schema = (await this.client.parameters()) as Schema;
+    this.parameters = new ParameterForm(schema, () => this.updateCommands());
+    this.drawPanel();
+  }
+
+  /** Shows a new mesh and smooths it with the present parameters, the automatic ones at first. */
+  private async open(upload: Upload): Promise<void> {
+    this.leave();
+    this.upload = upload;
+    delete this.job;
+    delete this.compared;
+    document.getElementById('welcome')?.remove();
+    this.holder.classList.remove('empty');
+    this.stage.clear();
+    this.views.offer(false, false);
+    this.say(upload.name, 'reading');
+    const shown = upload.bytes.arrayBuffer()
+      .then((bytes) => readInWorker(bytes, upload.name, false))
+      .then((surface) => {
+        if (this.upload !== upload || this.outcome) return;
+        this.stage.open(surface);
+        this.views.offer(true, false);
+      })
+      .catch(() => undefined);
+    await Promise.all([shown, this.submit()]);
+  }
+
+  private async submit(): Promise<void> {
+    const { upload } = this;
+    if (!upload) return;
+    this.leave();
+    const { signal } = this.following;
+    this.run.begin('Uploading');
+    await this.attempt(async () => {
+      const job = await this.client.submit(upload.bytes, {
+        name: upload.name,
+        parameters: this.parameters?.parameters ?? {},
+        onProgress: (sent, total) => this.run.uploading(sent, total),
+        signal,
+      });
+      history.pushState(null, '', `#job=${job.id}`);
+      await this.follow(job, signal);
+    });
+  }
+
+  private async reopen(job: Job): Promise<void> {
+    this.leave();
+    document.getElementById('welcome')?.remove();
+    this.holder.classList.remove('empty');
+    delete this.upload;
+    delete this.compared;
+    this.stage.clear();
+    this.views.offer(false, false);
+    this.run.begin(job.state === 'succeeded' ? 'Loading the result' : 'Finding the job');
+    await this.attempt(() => this.follow(job, this.following.signal));
+  }
+
+  /** Stays with a job until it has ended, and shows what it made. */
+  private async follow(job: Job, signal: AbortSignal): Promise<void> {
+    this.setJob(job);
+    if (job.state === 'queued' || job.state === 'running') {
+      const snapshots = this.showSnapshots(job.id, signal);
+      for await (const event of this.client.follow(job.id, { signal })) {
+        if (event.type === 'progress') this.run.update(event.progress);
+        else job = event.job;
+      }
+      snapshots.stop();
+    }
+    this.setJob(job);
+    if (job.state === 'succeeded') await this.showOutcome(await loadOutcome(this.client, job, signal));
+    this.run.end(job);
+    if (job.state === 'failed') this.notice.show('The job failed', job.error?.detail || job.error?.title || '');
+    if (job.state === 'cancelled') this.notice.show('Cancelled', 'The job was stopped. Change the parameters and smooth again, or open another mesh.');
+    this.drawPanel();
+  }
+
+  /** Shows what the mesh has become so far, again and again. */
+  private showSnapshots(id: string, signal: AbortSignal): { stop: () => void } {
+    let stopped = false, busy = false;
+    const timer = setInterval(async () => {
+      if (busy || stopped || signal.aborted) return;
+      busy = true;
+      try {
+        const surface = await readInWorker(await this.client.mesh(id, { format: 'glb', snapshot: true }, { signal }), '', true);
+        if (stopped || signal.aborted) return;
+        this.run.ridges((surface.ridges?.length ?? 0) / 2);
+        if (!this.stage.before.surface && !this.stage.after.surface) this.stage.open(surface, 'after');
+        else {
+          this.stage.show('after', surface);
+          this.views.show('after');
+        }
+        if (surface.ridges) {
+          this.stage.after.setRidges(sortedRidges(surface.ridges, new Float32Array(surface.ridges.length / 2).fill(0.9)));
+          this.stage.after.setThreshold(kRidgeThreshold);
+        }
+        this.views.offer(true, false);
+      } catch {
+        // There is none yet, or the job has just ended.
+      } finally {
+        busy = false;
+      }
+    }, kSnapshotMs);
+    return { stop: () => { stopped = true; clearInterval(timer); } };
+  }
+
+  private async showOutcome(outcome: Outcome): Promise<void> {
+    const fresh = this.stage.before.surface === undefined && this.stage.after.surface === undefined;
+    this.outcome = outcome;
+    const { stage } = this;
+    if (fresh) stage.open(outcome.measured ?? outcome.surface, 'before');
+    else if (outcome.measured) stage.show('before', outcome.measured);
+    stage.show('after', outcome.surface);
+    stage.after.setRidges(sortedRidges(outcome.labels.edges, outcome.labels.labels));
+    this.look.offer(measuresOf({
+      edgeLength: outcome.job.input.mean_edge_length,
+      labels: outcome.labels,
+      ...(outcome.measured ? { measured: outcome.measured } : {}),
+      ...(this.compared ? { other: this.compared.surface } : {}),
+    }), outcome.surface);
+    this.views.offer(true, true, this.compared !== undefined);
+    this.views.show(this.compared ? 'beside' : 'divided');
+    this.theme();
+  }
+
+  /** Puts on the left what a view has there: the result before, to compare with, or the measured mesh. */
+  private arrange(name: Arrangement): void {
+    const { compared, outcome, stage } = this;
+    const left = name === 'beside' ? compared?.surface : outcome?.measured;
+    if (!left || stage.before.surface === left) return;
+    stage.show('before', left);
+    if (name === 'beside' && compared) {
+      stage.before.setRidges(sortedRidges(compared.labels.edges, compared.labels.labels));
+      stage.before.setThreshold(kRidgeThreshold);
+    }
+  }
+
+  private setJob(job: Job): void {
+    this.job = job;
+    this.say(job.input.name || job.id, stateWord(job));
+    this.drawPanel();
+  }
+
+  private say(name: string, state: string): void {
+    fill(this.now, h('h1', {}, name), h('span', {}, state));
+    document.title = `${name} · creased`;
+  }
+
+  private drawPanel(): void {
+    const { job } = this;
+    this.panel.classList.toggle('empty', !job);
+    if (!job) return;
+    this.updateCommands();
+    fill(this.parts.facts, factsOf(job));
+    fill(this.parts.result, job.state === 'succeeded' && figuresOf(job, this.compared?.job));
+    fill(this.parts.away, job.state === 'succeeded' && downloadsOf(this.client, job, {
+      picture: () => this.savePicture(),
+      link: async () => location.href,
+      failed: (error) => this.fail(error),
+    }));
+    this.ridges.show(this.outcome?.ridges);
+    const done = job.state === 'succeeded' && this.outcome !== undefined;
+    if (this.panel.dataset['done'] === String(done) && this.panel.dataset['form'] === String(!!this.parameters)) return;
+    this.panel.dataset['done'] = String(done);
+    this.panel.dataset['form'] = String(!!this.parameters);
+    const again = h('button', { type: 'button', class: 'button primary', onclick: () => void this.again() }, 'Smooth again');
+    fill(this.panel,
+      section('facts', 'Your mesh', true, this.parts.facts),
+      done && section('result', 'Result', true, this.parts.result),
+      done && section('look', 'Look', true, this.look.element),
+      done && section('ridges', 'Ridges', false, this.ridges.element),
+      this.parameters && section('parameters', 'Parameters', !done, this.parameters.element, h('div', { class: 'submit' }, again)),
+      section('commands', 'The same as a command', false, this.commands.element),
+      done && section('away', 'Take it away', false, this.parts.away));
+  }
+
+  /** Another job with the same mesh. A job that was reopened has its mesh on the service only. */
+  private async again(): Promise<void> {
+    const { job, outcome } = this;
+    if (outcome) this.compared = outcome;
+    if (!this.upload && job) {
+      await this.attempt(async () => {
+        const bytes = await this.client.mesh(job.id, { format: 'ply', measured: true });
+        this.upload = { bytes: new Blob([bytes]), name: job.input.name.replace(/\.[^.]*$/, '') + '.ply' };
+      });
+    }
+    await this.submit();
+  }
+
+  private async cancel(): Promise<void> {
+    this.run.cancelling();
+    if (!this.job || this.job.state === 'succeeded') return this.leave();
+    const { id } = this.job;
+    await this.attempt(() => this.client.cancel(id));
+  }
+
+  /** Stops following what was followed. */
+  private leave(): void {
+    this.following.abort();
+    this.following = new AbortController();
+    this.notice.hide();
+    this.run.end();
+    delete this.outcome;
+  }
+
+  private updateCommands(): void {
+    const service = new URL('.', document.baseURI).href;
+    const name = this.upload?.name ?? this.job?.input.name ?? 'mesh.obj';
+    const parameters = this.parameters?.parameters ?? {};
+    this.commands.update(curlCommand(service, name, parameters, sessionStorage.getItem(kKeyName) !== null), creaseCommand(service, name, parameters));
+  }
+
+  private async savePicture(): Promise<void> {
+    save(await this.stage.picture(canvasColours().background), `${(this.job?.input.name ?? 'mesh').replace(/\.[^.]+$/, '')}.png`);
+  }
+
+  /** Does something with the service. Asks for a key where it wants one, and says what went wrong. */
+  private async attempt<T>(work: () => Promise<T>): Promise<T | undefined> {
+    for (let wrong = false; ; wrong = true) {
+      try {
+        return await work();
+      } catch (error) {
+        if (!(error instanceof CreasedError && error.code === 'unauthorized')) {
+          this.fail(error);
+          return undefined;
+        }
+        const key = await askForKey(wrong || sessionStorage.getItem(kKeyName) !== null);
+        if (!key) {
+          this.fail(error);
+          return undefined;
+        }
+        sessionStorage.setItem(kKeyName, key);
+      }
+    }
+  }
+
+  private fail(error: unknown): void {
+    if (error instanceof DOMException && error.name === 'AbortError') return;
+    this.run.end();
+    if (!(error instanceof CreasedError)) {
+      this.notice.show('Something went wrong on this page', String(error));
+      throw error;
+    }
+    const words = errorWords(error);
+    const { field } = error.problem ?? {};
+    if (field && this.parameters?.refuse(field, words)) this.panel.querySelector('#parameters')?.setAttribute('open', '');
+    this.notice.show(error.problem?.title ?? 'No answer', words);
+    if (!this.job && !this.stage.before.surface) this.showWelcome();
+  }
+}

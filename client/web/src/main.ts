@@ -1,0 +1,5 @@
+import { Workbench } from './app';
+import { applyTheme } from './ui/theme';
+
+applyTheme();
+void new Workbench().start();

@@ -1,0 +1,81 @@
+import type { Client, Job } from 'creased-client';
+import { fill, h, iconButton } from './dom';
+import { count, stateWord } from './words';
+
+/** A window over the page, which closes by its button, by Escape, or by a click beside it. */
+export function openDialog(title: string, ...content: Node[]): HTMLDialogElement {
+  const dialog = h('dialog', { 'aria-labelledby': 'dialog-title' },
+    h('div', { class: 'row' }, h('h2', { id: 'dialog-title', class: 'grow' }, title), iconButton('close', 'Close', () => dialog.close())),
+    ...content);
+  dialog.addEventListener('click', (event) => {
+    if (event.target === dialog) dialog.close();
+  });
+  dialog.addEventListener('close', () => dialog.remove());
+  document.body.append(dialog);
+  dialog.showModal();
+  return dialog;
+}
+
+/** Asks for the key. The answer is undefined when the window is closed without one. */
+export function askForKey(wrong: boolean): Promise<string | undefined> {
+  return new Promise((resolve) => {
+    const input = h('input', { id: 'key', type: 'password', autocomplete: 'off', required: true, spellcheck: 'false' });
+    let key: string | undefined;
+    const form = h('form', { method: 'dialog', onsubmit: () => { key = input.value.trim(); } },
+      h('p', {}, 'This service asks who you are. The key is kept until you close this tab, and sent to this service only.'),
+      wrong && h('p', { class: 'error', role: 'alert' }, 'That key is not valid here.'),
+      h('div', { class: 'field' }, h('label', { for: 'key' }, 'Key'), input),
+      h('button', { class: 'button primary' }, 'Use this key'));
+    const dialog = openDialog('Key', form);
+    dialog.addEventListener('close', () => resolve(key));
+    input.focus();
+  });
+}
+
+/** Takes a mesh as text. */
+export function askForText(): Promise<string | undefined> {
+  return new Promise((resolve) => {
+    const area = h('textarea', { id: 'pasted', rows: 10, spellcheck: 'false', placeholder: 'v 0 0 0\nv 1 0 0\n…' });
+    let text: string | undefined;
+    const form = h('form', { method: 'dialog', onsubmit: () => { text = area.value; } },
+      h('div', { class: 'field' }, h('label', { for: 'pasted' }, 'A mesh as OBJ, OFF, PLY or STL text'), area),
+      h('button', { class: 'button primary' }, 'Smooth this'));
+    const dialog = openDialog('Paste a mesh', form);
+    dialog.addEventListener('close', () => resolve(text || undefined));
+    area.focus();
+  });
+}
+
+const kDate = new Intl.DateTimeFormat(undefined, { dateStyle: 'medium', timeStyle: 'short' });
+
+/** The jobs of the service that this caller may see. */
+export async function showJobs(client: Client, open: (job: Job) => void): Promise<void> {
+  const list = h('ul', { class: 'jobs' }, h('li', {}, 'Asking the service…'));
+  const dialog = openDialog('Jobs', list);
+  const { jobs } = await client.jobs({ limit: 100 });
+  if (jobs.length === 0) return fill(list, h('li', { class: 'quiet-text' }, 'None yet.'));
+  fill(list, ...jobs.map((job) => {
+    const remove = iconButton('close', `Delete ${job.input.name || job.id}`, async () => {
+      await client.remove(job.id);
+      item.remove();
+    });
+    const item = h('li', { class: 'row' },
+      h('button', { type: 'button', class: 'grow job', onclick: () => { dialog.close(); open(job); } },
+        h('strong', {}, job.input.name || job.id),
+        h('span', { class: `state ${job.state}` }, stateWord(job)),
+        h('span', { class: 'quiet-text' }, `${count(job.input.faces, 'face')}, ${kDate.format(new Date(job.created_at))}`)),
+      remove);
+    return item;
+  }));
+}
+
+const kKeys: [string, string][] = [
+  ['drag', 'turn'], ['shift + drag', 'move'], ['wheel or + −', 'come closer, go away'], ['arrow keys', 'turn; with shift, move'],
+  ['space', 'flip between before and after'], ['d', 'divider'], ['f', 'everything in view'], ['w', 'wireframe'], ['r', 'ridges'],
+  ['m', 'measure'], ['o', 'open a file'], ['?', 'this list'],
+];
+
+export function showKeys(): void {
+  openDialog('Keys', h('dl', { class: 'keys' }, ...kKeys.flatMap(([key, meaning]) => [h('dt', {}, h('kbd', {}, key)), h('dd', {}, meaning)])),
+    h('p', { class: 'quiet-text' }, h('a', { href: 'docs' }, 'The API'), ' behind this page.'));
+}

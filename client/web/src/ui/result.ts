@@ -1,0 +1,64 @@
+import type { Job, RidgeLines } from 'creased-client';
+import { fill, h } from './dom';
+import { choiceWords, count, findings, noiseWord, number, percent, seconds, stateWord } from './words';
+
+const row = (name: string, value: string, other?: string): HTMLElement =>
+  h('tr', {}, h('th', { scope: 'row' }, name), h('td', {}, value), other !== undefined && h('td', {}, other));
+
+/** What the service found in the upload. */
+export function factsOf(job: Job): HTMLElement {
+  const { input } = job;
+  const sigma = job.result?.choice?.noise_sigma ?? input.noise_sigma;
+  return h('div', { class: 'facts' },
+    h('p', {}, h('strong', {}, `Noise: ${noiseWord(sigma)}`), h('span', { class: 'quiet-text' }, ` (${number(sigma, 2)} edges)`)),
+    h('ul', { class: 'findings' }, ...findings(job).map((one) => h('li', { class: one.tone }, one.text))));
+}
+
+type Figure = [name: string, value: (job: Job) => string];
+const kFigures: Figure[] = [
+  ['Ridge edges', (job) => number(job.result!.ridge_edges, 7)],
+  ['Ridge lines', (job) => number(job.result!.ridge_lines, 7)],
+  ['Corners', (job) => number(job.result!.corners, 7)],
+  ['Smooth segments', (job) => number(job.result!.segments, 7)],
+  ['Length of ridges', (job) => number(job.result!.ridge_length, 4)],
+  ['Moved, typically', (job) => `${number(job.result!.rms_displacement, 2)} edges`],
+  ['Moved, at most', (job) => `${number(job.result!.max_displacement, 2)} edges`],
+  ['Volume', (job) => `${job.result!.volume_change >= 0 ? '+' : '−'}${percent(Math.abs(job.result!.volume_change))}`],
+  ['Time', (job) => seconds(job.result!.seconds)],
+];
+
+/** The figures of a result, beside those of another where there is one. */
+export function figuresOf(job: Job, other?: Job): HTMLElement {
+  if (!job.result) return h('p', {}, `This job is ${stateWord(job)}.`);
+  const table = h('table', { class: 'figures' },
+    other && h('thead', {}, h('tr', {}, h('td', {}), h('th', { scope: 'col' }, 'left'), h('th', { scope: 'col' }, 'right'))),
+    h('tbody', {}, ...kFigures.map(([name, value]) => (other?.result ? row(name, value(other), value(job)) : row(name, value(job))))));
+  const words = choiceWords(job);
+  return h('div', {}, table, words.length > 0 && h('div', { class: 'choice' }, h('h3', {}, 'What the automatic setting chose'), ...words.map((text) => h('p', {}, text))));
+}
+
+/** The ridge lines as a list; hovering one lights it up. */
+export class RidgeList {
+  readonly element = h('div', { class: 'ridge-list' });
+
+  constructor(private readonly light: (vertices?: readonly number[], closed?: boolean) => void) {}
+
+  show(ridges?: RidgeLines): void {
+    if (!ridges || ridges.count === 0) return fill(this.element, h('p', { class: 'quiet-text' }, 'No ridges.'));
+    const longest = [...ridges.ridges].sort((a, b) => b.length - a.length).slice(0, 200);
+    const most = longest[0]!.length;
+    fill(this.element,
+      h('p', { class: 'quiet-text' }, `${count(ridges.count, 'line')}, ${count(ridges.corners.length, 'corner')}, the longest first.`),
+      h('ol', {}, ...longest.map((line) => {
+        const on = () => this.light(line.vertices, line.closed);
+        const off = () => this.light();
+        const angle = `${number(Math.abs(line.mean_dihedral_deg), 3)}° ${line.mean_dihedral_deg >= 0 ? 'convex' : 'concave'}`;
+        const button = h('button', { type: 'button', onpointerenter: on, onpointerleave: off, onfocus: on, onblur: off },
+          h('span', { class: 'length' }, number(line.length, 4)),
+          h('span', { class: 'bar-of' }, h('span', { 'data-share': line.length / most })),
+          h('span', { class: 'quiet-text' }, line.closed ? `${angle}, closed` : angle));
+        button.querySelector<HTMLElement>('[data-share]')!.style.width = `${(100 * line.length) / most}%`;
+        return h('li', {}, button);
+      })));
+  }
+}

@@ -1,0 +1,112 @@
+import type { CreasedError, Job } from 'creased-client';
+
+const whole = new Intl.NumberFormat('en');
+
+export const count = (n: number, one: string, many = `${one}s`): string => `${whole.format(n)} ${n === 1 ? one : many}`;
+export const number = (x: number, digits = 3): string => {
+  if (x === 0) return '0';
+  const size = Math.abs(x);
+  if (size >= 1e5 || size < 1e-4) return x.toExponential(Math.max(0, digits - 1)).replace('e+', 'e');
+  return Number(x.toPrecision(digits)).toString();
+};
+export const percent = (x: number): string => `${number(100 * x, 2)} %`;
+
+export function seconds(s: number): string {
+  if (s < 1) return 'under a second';
+  if (s < 90) return `${Math.round(s)} s`;
+  return `${Math.floor(s / 60)} min ${Math.round(s % 60)} s`;
+}
+
+export function bytes(n: number): string {
+  if (n < 1000) return `${n} bytes`;
+  const units = ['kB', 'MB', 'GB'];
+  const power = Math.min(3, Math.floor(Math.log10(n) / 3));
+  return `${number(n / 1000 ** power, 3)} ${units[power - 1]}`;
+}
+
+export interface Finding {
+  tone: 'plain' | 'good' | 'care';
+  text: string;
+}
+
+/** What the service found in an upload, in words. */
+export function findings({ input, warnings }: Job): Finding[] {
+  const found: Finding[] = [];
+  const say = (tone: Finding['tone'], text: string) => found.push({ tone, text });
+  say('plain', `${count(input.vertices, 'vertex', 'vertices')} and ${count(input.faces, 'face')} in ${count(input.components, 'piece')}.`);
+  if (input.boundary_edges === 0 && input.nonmanifold_edges === 0) say('good', 'Closed: every edge lies between two faces.');
+  else if (input.boundary_edges > 0) say('plain', `Open: ${count(input.boundary_edges, 'boundary edge')}. Boundaries stay where they are in the mesh.`);
+  if (input.nonmanifold_edges > 0) say('care', `${count(input.nonmanifold_edges, 'edge lies', 'edges lie')} between more than two faces. They are kept.`);
+  if (input.degenerate_faces > 0) say('care', `${count(input.degenerate_faces, 'face has', 'faces have')} no area.`);
+  if (input.duplicate_faces > 0) say('care', `${count(input.duplicate_faces, 'face is', 'faces are')} there twice.`);
+  if (input.flipped_faces > 0) say('care', `${count(input.flipped_faces, 'face points', 'faces point')} the other way than its neighbours.`);
+  if (input.isolated_vertices > 0) say('plain', `${count(input.isolated_vertices, 'vertex belongs', 'vertices belong')} to no face.`);
+  for (const warning of warnings) say('care', sentence(warning.detail));
+  return found;
+}
+
+/** How strong the noise looks, in a word. */
+export function noiseWord(sigma: number): string {
+  if (sigma < 0.01) return 'hardly any';
+  if (sigma < 0.08) return 'a little';
+  if (sigma < 0.2) return 'clearly there';
+  return sigma < 0.45 ? 'strong' : 'very strong';
+}
+
+const kSurfaces: Record<string, string> = {
+  creases: 'flat faces that meet in sharp ridges',
+  curved_creases: 'curved faces that meet in sharp ridges',
+  flats: 'flat faces that meet at any angle',
+  soft_creases: 'faces that meet in soft creases',
+  organic: 'a surface that is curved all over',
+};
+
+/** What the automatic setting estimated and chose, as sentences. */
+export function choiceWords(job: Job): string[] {
+  const choice = job.result?.choice;
+  if (!choice) return [];
+  const words: string[] = [];
+  if (choice.noise_sigma < 0.005) words.push('There is no noise to speak of.');
+  else {
+    let noise = `The noise is about ${number(choice.noise_sigma, 2)} edge lengths`;
+    if (choice.correlation_length > 0) noise += `, correlated over ${number(choice.correlation_length, 2)} edges as a scanner's is`;
+    else if (choice.noise === 'normal') noise += ', along the surface normals';
+    else if (choice.noise === 'isotropic') noise += ', alike in all directions';
+    if (choice.impulsive) noise += `, at ${percent(choice.moved_share)} of the vertices`;
+    if (choice.varying) noise += ', stronger in some places than in others';
+    words.push(`${noise}.`);
+  }
+  const kind = kSurfaces[choice.surface];
+  if (kind) words.push(`The mesh was taken for ${kind}.`);
+  const tried = choice.candidates.length;
+  if (tried > 1) words.push(`Of ${count(tried, 'setting')} tried, the one with the smallest expected error was kept.`);
+  return words;
+}
+
+export function stateWord(job: Job): string {
+  return { queued: 'waiting', running: 'running', succeeded: 'done', failed: 'failed', cancelled: 'cancelled' }[job.state];
+}
+
+const kStages: Record<string, string> = {
+  queued: 'Waiting for its turn',
+  checking: 'Checking the mesh',
+  choice: 'Estimating the noise and trying settings',
+  smoothing: 'Smoothing',
+  encoding: 'Writing the result',
+  done: 'Done',
+};
+export const stageWord = (stage: string): string => kStages[stage] ?? 'Smoothing';
+
+const sentence = (text: string): string => {
+  const capital = text.charAt(0).toUpperCase() + text.slice(1);
+  return /[.!?]$/.test(capital) ? capital : `${capital}.`;
+};
+
+/** An error of the service, as someone who does not know the API wants to read it. */
+export function errorWords(error: CreasedError): string {
+  const { problem } = error;
+  if (!problem) return sentence(error.message);
+  const where = problem.place ? ` (${problem.place})` : '';
+  const wait = error.retryAfter ? ` Try again in ${seconds(error.retryAfter)}.` : '';
+  return sentence(`${problem.detail || problem.title}${where}`) + wait;
+}

@@ -1,0 +1,134 @@
+import { PerspectiveCamera, Quaternion, Vector3 } from 'three';
+import type { Bounds } from '../mesh/surface';
+
+const kTurnPerPixel = 0.006;
+const kFieldOfView = 32;
+
+/** A camera that turns freely around a target, by mouse, touch, wheel and keys. Several canvases may share one. */
+export class Orbit {
+  readonly camera = new PerspectiveCamera(kFieldOfView, 1, 0.01, 100);
+  readonly target = new Vector3();
+  readonly turn = new Quaternion();
+  distance = 5;
+  private radius = 1;
+  private readonly pointers = new Map<number, { x: number; y: number }>();
+
+  constructor(private readonly changed: () => void) {}
+
+  /** Looks at everything, from a corner. */
+  frame({ centre, radius }: Bounds, keepDirection = false): void {
+    this.radius = radius;
+    this.target.set(...centre);
+    if (!keepDirection) {
+      const eye = new Vector3(0.62, -0.95, 0.62).normalize();
+      const right = new Vector3(0, 0, 1).cross(eye).normalize();
+      const camera = new PerspectiveCamera();
+      camera.matrix.makeBasis(right, eye.clone().cross(right), eye);
+      this.turn.setFromRotationMatrix(camera.matrix);
+    }
+    this.distance = this.fitting();
+    this.apply();
+  }
+
+  private fitting(): number {
+    const half = (kFieldOfView * Math.PI) / 360;
+    return (this.radius * 1.02) / Math.sin(Math.atan(Math.tan(half) * Math.min(1, this.camera.aspect)));
+  }
+
+  resize(aspect: number): void {
+    const before = this.fitting();
+    this.camera.aspect = aspect;
+    this.distance *= this.fitting() / before;
+    this.apply();
+  }
+
+  apply(): void {
+    const { camera } = this;
+    camera.quaternion.copy(this.turn);
+    camera.position.set(0, 0, this.distance).applyQuaternion(this.turn).add(this.target);
+    camera.near = Math.max(this.distance - 2 * this.radius, this.distance / 200);
+    camera.far = this.distance + 2 * this.radius;
+    camera.updateProjectionMatrix();
+    camera.updateMatrixWorld();
+    this.changed();
+  }
+
+  rotate(dx: number, dy: number): void {
+    const turn = new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), -dx * kTurnPerPixel);
+    turn.multiply(new Quaternion().setFromAxisAngle(new Vector3(1, 0, 0), -dy * kTurnPerPixel));
+    this.turn.multiply(turn).normalize();
+    this.apply();
+  }
+
+  roll(angle: number): void {
+    this.turn.multiply(new Quaternion().setFromAxisAngle(new Vector3(0, 0, 1), angle));
+    this.apply();
+  }
+
+  pan(dx: number, dy: number, height: number): void {
+    const scale = (2 * this.distance * Math.tan((kFieldOfView * Math.PI) / 360)) / height;
+    this.target.add(new Vector3(-dx * scale, dy * scale, 0).applyQuaternion(this.turn));
+    this.apply();
+  }
+
+  zoom(factor: number): void {
+    this.distance = Math.min(Math.max(this.distance * factor, this.radius / 100), this.radius * 40);
+    this.apply();
+  }
+
+  /** Listens on an element. */
+  attach(element: HTMLElement): void {
+    element.addEventListener('pointerdown', (event) => {
+      if (event.defaultPrevented) return;
+      element.setPointerCapture(event.pointerId);
+      this.pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+    });
+    element.addEventListener('pointermove', (event) => this.move(event, element.clientHeight));
+    for (const end of ['pointerup', 'pointercancel'] as const) {
+      element.addEventListener(end, (event) => this.pointers.delete(event.pointerId));
+    }
+    element.addEventListener('contextmenu', (event) => event.preventDefault());
+    element.addEventListener(
+      'wheel',
+      (event) => {
+        event.preventDefault();
+        this.zoom(Math.exp(Math.max(-80, Math.min(80, event.deltaY)) * 0.002));
+      },
+      { passive: false },
+    );
+    element.addEventListener('keydown', (event) => this.key(event, element.clientHeight));
+  }
+
+  get dragging(): boolean {
+    return this.pointers.size > 0;
+  }
+
+  private move(event: PointerEvent, height: number): void {
+    const last = this.pointers.get(event.pointerId);
+    if (!last) return;
+    const dx = event.clientX - last.x, dy = event.clientY - last.y;
+    if (this.pointers.size === 2) {
+      const other = [...this.pointers.entries()].find(([id]) => id !== event.pointerId)![1];
+      const before = Math.hypot(last.x - other.x, last.y - other.y);
+      const after = Math.hypot(event.clientX - other.x, event.clientY - other.y);
+      if (before > 0 && after > 0) this.zoom(before / after);
+      this.pan(dx / 2, dy / 2, height);
+    } else if (event.buttons & 2 || event.buttons & 4 || event.shiftKey) this.pan(dx, dy, height);
+    else this.rotate(dx, dy);
+    last.x = event.clientX;
+    last.y = event.clientY;
+  }
+
+  private key(event: KeyboardEvent, height: number): void {
+    if (event.target !== event.currentTarget || event.ctrlKey || event.metaKey || event.altKey) return;
+    const moves: Record<string, [number, number]> = {
+      ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1],
+    };
+    const move = moves[event.key];
+    if (move) event.shiftKey ? this.pan(-24 * move[0], -24 * move[1], height) : this.rotate(30 * move[0], 30 * move[1]);
+    else if (event.key === '+' || event.key === '=') this.zoom(0.9);
+    else if (event.key === '-') this.zoom(1 / 0.9);
+    else return;
+    event.preventDefault();
+  }
+}

@@ -1,0 +1,177 @@
+import { Color, Scene, Vector3, WebGLRenderer } from 'three';
+import { boundsOf, type Bounds, type Surface } from '../mesh/surface';
+import { Orbit } from './camera';
+import { Layer } from './layer';
+import { Picker, type Hit } from './pick';
+
+/** What is on the stage: one mesh, two with a divider between them, or two beside each other. */
+export type Arrangement = 'before' | 'after' | 'divided' | 'beside';
+
+/** The canvas with its two meshes. Draws only when something has changed. */
+export class Stage {
+  readonly orbit: Orbit;
+  readonly before = new Layer();
+  readonly after = new Layer();
+  private readonly renderer: WebGLRenderer;
+  private readonly scenes = { before: new Scene(), after: new Scene() };
+  private readonly picker = new Picker();
+  private arrangementNow: Arrangement = 'after';
+  private dividerAt = 0.5;
+  private pending = false;
+  private bounds: Bounds = { centre: [0, 0, 0], radius: 1 };
+  private originNow: [number, number, number] = [0, 0, 0];
+  /** Called after each picture, to move what lies over the canvas. */
+  onDraw: () => void = () => undefined;
+
+  constructor(readonly canvas: HTMLCanvasElement) {
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: false });
+    this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
+    this.renderer.autoClear = false;
+    this.renderer.localClippingEnabled = true;
+    this.renderer.setClearColor(new Color(0), 0);
+    this.orbit = new Orbit(() => this.redraw());
+    this.orbit.attach(canvas);
+    this.scenes.before.add(this.before.group);
+    this.scenes.after.add(this.after.group);
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
+    this.resize();
+  }
+
+  get arrangement(): Arrangement {
+    return this.arrangementNow;
+  }
+  set arrangement(value: Arrangement) {
+    this.arrangementNow = value;
+    this.resize();
+  }
+  get divider(): number {
+    return this.dividerAt;
+  }
+  set divider(value: number) {
+    this.dividerAt = Math.min(1, Math.max(0, value));
+    this.redraw();
+  }
+  get size(): number {
+    return this.bounds.radius;
+  }
+  get middle(): readonly [number, number, number] {
+    return this.bounds.centre;
+  }
+
+  /** Puts a new mesh on the stage and looks at it. */
+  open(surface: Surface, which: 'before' | 'after' = 'before'): void {
+    this.originNow = surface.origin;
+    this.bounds = boundsOf(surface.positions);
+    this.before.clear();
+    this.after.clear();
+    this[which].setSurface(surface, this.originNow);
+    this.arrangement = which;
+    this.orbit.frame(this.bounds);
+  }
+
+  show(which: 'before' | 'after', surface: Surface): void {
+    this[which].setSurface(surface, this.originNow);
+    this.redraw();
+  }
+
+  reframe(): void {
+    this.orbit.frame(this.bounds);
+  }
+
+  clear(): void {
+    this.before.clear();
+    this.after.clear();
+    this.redraw();
+  }
+
+  redraw(): void {
+    if (this.pending) return;
+    this.pending = true;
+    requestAnimationFrame(() => {
+      this.pending = false;
+      this.draw();
+    });
+  }
+
+  /** The mesh that lies at a point of the canvas, and that part of the canvas, in CSS pixels. */
+  private paneAt(x: number): { which: 'before' | 'after'; left: number; width: number } {
+    const width = this.canvas.clientWidth;
+    if (this.arrangementNow === 'beside') {
+      const half = width / 2;
+      return x < half ? { which: 'before', left: 0, width: half } : { which: 'after', left: half, width: half };
+    }
+    const before = this.arrangementNow === 'before' || (this.arrangementNow === 'divided' && x < this.dividerAt * width);
+    return { which: before ? 'before' : 'after', left: 0, width };
+  }
+
+  /** What lies under a point of the canvas, in CSS pixels. */
+  pick(x: number, y: number): (Hit & { which: 'before' | 'after' }) | undefined {
+    const { which, left, width } = this.paneAt(x);
+    const layer = this[which];
+    if (!layer.surface || !layer.group.visible) return undefined;
+    const hit = this.picker.pick(this.renderer, this.orbit.camera, layer, x - left, y, width, this.canvas.clientHeight);
+    return hit && { ...hit, which };
+  }
+
+  /** Where a point of a mesh is on the canvas, in CSS pixels. */
+  project(point: readonly [number, number, number], which: 'before' | 'after'): { x: number; y: number } {
+    const at = new Vector3(...point).add(this[which].group.position).project(this.orbit.camera);
+    const beside = this.arrangementNow === 'beside';
+    const width = this.canvas.clientWidth / (beside ? 2 : 1);
+    const left = beside && which === 'after' ? width : 0;
+    return { x: left + ((at.x + 1) / 2) * width, y: ((1 - at.y) / 2) * this.canvas.clientHeight };
+  }
+
+  /** A picture of the stage as it is, over a colour. */
+  async picture(background: string): Promise<Blob> {
+    this.draw();
+    const { canvas } = this;
+    const copy = document.createElement('canvas');
+    copy.width = canvas.width;
+    copy.height = canvas.height;
+    const context = copy.getContext('2d')!;
+    context.fillStyle = background;
+    context.fillRect(0, 0, copy.width, copy.height);
+    context.drawImage(canvas, 0, 0);
+    return new Promise((resolve, reject) =>
+      copy.toBlob((blob) => (blob ? resolve(blob) : reject(new Error('no picture'))), 'image/png'),
+    );
+  }
+
+  private resize(): void {
+    const holder = this.canvas.parentElement!;
+    const width = Math.max(1, holder.clientWidth), height = Math.max(1, holder.clientHeight);
+    this.renderer.setSize(width, height, false);
+    this.orbit.resize(width / (this.arrangementNow === 'beside' ? 2 : 1) / height);
+    this.redraw();
+  }
+
+  private draw(): void {
+    const { renderer, canvas } = this;
+    const width = canvas.clientWidth, height = canvas.clientHeight;
+    renderer.setRenderTarget(null);
+    renderer.setScissorTest(false);
+    renderer.setViewport(0, 0, width, height);
+    renderer.clear();
+    if (this.arrangementNow === 'beside') {
+      this.pane('before', 0, width / 2, 0, width / 2);
+      this.pane('after', width / 2, width / 2, width / 2, width / 2);
+    } else if (this.arrangementNow === 'divided') {
+      const at = Math.round(this.dividerAt * width);
+      this.pane('before', 0, width, 0, at);
+      this.pane('after', 0, width, at, width - at);
+    } else this.pane(this.arrangementNow, 0, width, 0, width);
+    renderer.setScissorTest(false);
+    this.onDraw();
+  }
+
+  private pane(which: 'before' | 'after', left: number, width: number, from: number, visible: number): void {
+    if (visible <= 0) return;
+    const { renderer } = this;
+    const height = this.canvas.clientHeight;
+    renderer.setViewport(left, 0, width, height);
+    renderer.setScissor(from, 0, visible, height);
+    renderer.setScissorTest(true);
+    renderer.render(this.scenes[which], this.orbit.camera);
+  }
+}

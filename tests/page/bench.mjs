@@ -1,0 +1,72 @@
+// Starts the service and a browser for the tests of the page.
+import { spawn } from 'node:child_process';
+import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { chromium } from 'playwright-core';
+
+const kBrowsers = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
+
+/** Resolves once `ready` gives something, looking every 50 ms. */
+export async function until(what, ready, seconds = 40) {
+  for (const end = Date.now() + 1000 * seconds; Date.now() < end; ) {
+    const value = await ready();
+    if (value) return value;
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+  throw new Error(`timed out: ${what}`);
+}
+
+/** `creased serve` on a free port. With the same folder a second one takes up where the first was stopped. */
+export class Service {
+  constructor(bin, flags = [], folder = mkdtempSync(join(tmpdir(), 'creased-page-'))) {
+    this.bin = bin;
+    this.flags = flags;
+    this.folder = folder;
+  }
+
+  async start(port = 0) {
+    const portFile = join(this.folder, 'port');
+    rmSync(portFile, { force: true });
+    this.process = spawn(join(this.bin, 'creased'), ['serve', '--port', String(port), '--port-file', portFile,
+      '--data-dir', join(this.folder, 'data'), '--workers', '1', '--log-level', 'warning', ...this.flags], { stdio: ['ignore', 'inherit', 'inherit'] });
+    this.port = await until('the service listens', () => existsSync(portFile) && Number(readFileSync(portFile, 'utf8')));
+    this.url = `http://127.0.0.1:${this.port}/`;
+    return this;
+  }
+
+  async stop() {
+    const ended = new Promise((resolve) => this.process.once('exit', resolve));
+    this.process.kill('SIGTERM');
+    await ended;
+  }
+
+  async remove() {
+    await this.stop();
+    rmSync(this.folder, { recursive: true, force: true });
+  }
+}
+
+export function openBrowser() {
+  const executablePath = process.env.CREASED_BROWSER ?? kBrowsers.find((path) => existsSync(path));
+  if (!executablePath) throw new Error('no Chromium; set CREASED_BROWSER');
+  return chromium.launch({ executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'] });
+}
+
+/** A page in a window of its own that keeps what must not happen: errors on its console, requests elsewhere. */
+export async function openPage(browser, url, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 720 }, reducedMotion: 'reduce', ...options });
+  const page = await context.newPage();
+  page.faults = [];
+  page.on('console', (message) => {
+    // A browser reports each answer with a status of 400 or more; tests expect some of them.
+    if (message.type() === 'error' && !/status of (401|404|409|422|4\d\d)|ERR_CONNECTION|ERR_EMPTY|ERR_INCOMPLETE/.test(message.text())) page.faults.push(message.text());
+  });
+  page.on('pageerror', (error) => page.faults.push(String(error)));
+  page.on('request', (request) => {
+    const own = ['blob:', 'data:'].some((scheme) => request.url().startsWith(scheme)) || new URL(request.url()).origin === new URL(url).origin;
+    if (!own) page.faults.push(`a request elsewhere: ${request.url()}`);
+  });
+  await page.goto(url);
+  return page;
+}
