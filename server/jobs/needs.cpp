@@ -5,7 +5,7 @@
 namespace creased {
 namespace {
 
-// Measured: results have up to 24 bytes for a vertex, 16 for a face and 28 for an edge; checkpoints up to 120, 60 and
+// Measured: results have up to 48 bytes for a vertex, 16 for a face and 28 for an edge; checkpoints up to 120, 60 and
 // 16; a record of a sweep 130. As text, numbers need three times as much.
 constexpr std::uint64_t kFilePerSite = 512, kFilePerSweep = 1024, kFileForm = 1U << 20U;
 constexpr std::uint64_t kDiskPerVertex = 250, kDiskPerFace = 150, kDiskPerEdge = 100, kDiskPerSweep = 200,
