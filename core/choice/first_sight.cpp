@@ -11,6 +11,8 @@ namespace {
 constexpr double kHeavyNoise = 0.33;  ///< σ from which on the short schedule of the trials is too short
 constexpr int kTrialStages = 5, kTrialSteps = 30;
 constexpr double kLeastVariance = 1e-6;
+/// With fewer, noise cannot be told from shape: the estimate takes coarse prisms for noise and flattens them.
+constexpr std::size_t kFewestVertices = 40;
 
 NoiseDirection direction_of(const NoiseLevel& level, double sigma) {
   const double ratio = level.sigma_tangential / std::max(1e-9, sigma);
@@ -39,7 +41,8 @@ GraduatedOptions FirstSight::options(const PotentialFamily& family, double weigh
 FirstSight look_at(const Surface& surface, std::optional<double> sigma, std::optional<NoiseDirection> direction) {
   const NoiseLevel level = estimate_noise_level(surface);
   FirstSight sight;
-  sight.sigma = sigma.value_or(level.sigma);
+  const bool is_estimable = surface.measured.size() >= kFewestVertices;
+  sight.sigma = sigma.value_or(is_estimable ? level.sigma : 0);
   sight.variance = std::max(kLeastVariance, sight.sigma * sight.sigma);
   sight.direction = direction.value_or(direction_of(level, level.sigma));
   sight.regular = level.folded_share < 0.02;

@@ -21,7 +21,7 @@ struct FirstSight {
   GraduatedOptions options(const PotentialFamily& family, double weight, double noise_variance, bool trial) const;
 };
 
-/// `sigma` and `direction` are estimated where they are not given.
+/// `sigma` and `direction` are estimated where they are not given. A mesh of fewer than 40 vertices is taken for clean.
 FirstSight look_at(const Surface& surface, std::optional<double> sigma, std::optional<NoiseDirection> direction);
 
 }  // namespace crease

@@ -419,7 +419,7 @@ std::vector<Parameter> make_table() {
        .field = 50,
        .group = kAutomatic,
        .unit = kEdgeLengths,
-       .meaning = "Standard deviation of the noise along the normals; 0: estimated from the upload.",
+       .meaning = "Standard deviation of the noise along the normals; 0: estimated, none below 40 vertices.",
        .places = at<&Mrf::noise_sigma>(0, 10),
        .conditions = {kDescent}},
       {.name = "surface",

@@ -151,6 +151,37 @@ TEST(Automatic, LeavesMeshesWithoutNoiseAllButUnchanged) {
   }
 }
 
+/// A prism of one row over an outline that its first point sees whole.
+Mesh prism(const std::vector<Vec3>& outline, double height) {
+  const auto n = static_cast<Index>(outline.size());
+  Mesh mesh;
+  mesh.positions = outline;
+  for (const Vec3& point : outline) mesh.positions.push_back(point + Vec3(0, 0, height));
+  for (Index i = 0; i < n; ++i) {
+    const Index next = (i + 1) % n;
+    mesh.triangles.push_back({i, next, next + n});
+    mesh.triangles.push_back({i, next + n, i + n});
+    if (i == 0 || next == 0) continue;
+    mesh.triangles.push_back({0, next, i});
+    mesh.triangles.push_back({n, i + n, next + n});
+  }
+  return mesh;
+}
+
+TEST(Automatic, LeavesMeshesOfAFewVerticesAlone) {
+  const std::vector<Vec3> angle = {{0, 0, 0}, {3, 0, 0}, {3, 1, 0}, {1, 1, 0}, {1, 3, 0}, {0, 3, 0}};
+  std::vector<Vec3> hexagon;
+  for (const double turn : {0, 60, 120, 180, 240, 300}) {
+    hexagon.emplace_back(std::cos(turn * kDegree), std::sin(turn * kDegree), 0);
+  }
+  for (const Mesh& mesh : {prism(angle, 1), prism(hexagon, 1), test::cube(2)}) {
+    const SmoothResult result = automatic(mesh);
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+      EXPECT_LT((result.positions[v] - mesh.positions[v]).norm(), 0.001) << mesh.positions.size();
+    }
+  }
+}
+
 TEST(Automatic, SmoothsACubeFarBetterThanItsNoise) {
   const Mesh original = test::cube(16);
   for (const NoiseKind kind : {NoiseKind::kNormal, NoiseKind::kGaussian}) {
