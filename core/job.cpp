@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/features/features.h"
 #include "core/io/vertex_weights.h"
@@ -32,6 +33,18 @@ ResultFacts result_facts(const CheckedInput& input, const LabelledMesh& result, 
   facts.rms_displacement = std::sqrt(squares / static_cast<double>(input.mesh.positions.size()));
   facts.volume_change = relative_volume_change(input.mesh, input.topology, result.mesh.positions);
   return facts;
+}
+
+/// `sigma` in the upload's units, not empty.
+UncertaintyFacts uncertainty_facts(std::vector<double> sigma, double mean_edge_length) {
+  if (mean_edge_length > 0) {
+    for (double& value : sigma) value /= mean_edge_length;
+  }
+  const auto middle = sigma.begin() + static_cast<std::ptrdiff_t>(sigma.size() / 2);
+  std::ranges::nth_element(sigma, middle);
+  const double median = *middle;
+  const double sum = std::accumulate(sigma.begin(), sigma.end(), 0.0);
+  return {sum / static_cast<double>(sigma.size()), median, *std::ranges::max_element(sigma)};
 }
 
 void settle_weights(std::vector<double> of_mesh, std::optional<std::string_view> beside, CheckedInput& input) {
@@ -72,6 +85,10 @@ JobOutput run_job(const CheckedInput& input, const SmoothOptions& options, RunCo
   Features features = find_features(result.mesh, input.topology, result.mesh.positions, result.labels);
   output.facts = result_facts(input, result, features, smoothed.seconds);
   output.facts.choice = std::move(smoothed.choice);
+  if (!smoothed.sigma.empty()) {
+    output.facts.uncertainty = uncertainty_facts(smoothed.sigma, input.facts.mean_edge_length);
+  }
+  result.sigma = std::move(smoothed.sigma);
   result.classes = std::move(features.classes);
   result.segments = std::move(features.segments);
   result.ridge_lines = std::move(features.ridge_lines);
