@@ -431,6 +431,15 @@ std::vector<Parameter> make_table() {
                   "the upload.",
        .places = at<&Mrf::surface>(),
        .conditions = {kDescent}},
+      {.name = "uncertainty",
+       .field = 52,
+       .group = kAutomatic,
+       .meaning = "Estimate how far each vertex of the result may be off: a posterior standard deviation along its "
+                  "normal, in the units of the upload, as _SIGMA in glTF, sigma in PLY and JSON; mean, median and "
+                  "maximum in the report, in edge lengths. Changes neither positions nor labels. Takes about as long "
+                  "again as the rest.",
+       .places = at<&Mrf::uncertainty>(),
+       .conditions = {kDescent}},
   };
 }
 
