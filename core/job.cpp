@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/features/features.h"
 #include "core/io/vertex_weights.h"
@@ -38,6 +39,18 @@ ResultFacts result_facts(const JobSurface& surface, double mean_edge_length, con
   facts.volume_change = relative_volume_change(surface.mesh(), surface.topology(), smoothed.positions);
   facts.choice = smoothed.choice;
   return facts;
+}
+
+/// `sigma` in the upload's units, not empty.
+UncertaintyFacts uncertainty_facts(std::vector<double> sigma, double mean_edge_length) {
+  if (mean_edge_length > 0) {
+    for (double& value : sigma) value /= mean_edge_length;
+  }
+  const auto middle = sigma.begin() + static_cast<std::ptrdiff_t>(sigma.size() / 2);
+  std::ranges::nth_element(sigma, middle);
+  const double median = *middle;
+  const double sum = std::accumulate(sigma.begin(), sigma.end(), 0.0);
+  return {sum / static_cast<double>(sigma.size()), median, *std::ranges::max_element(sigma)};
 }
 
 /// While it lives, the caller of a run sees sweeps of the surface as sweeps of the upload.
@@ -121,6 +134,10 @@ JobOutput run_job(const CheckedInput& input, const SmoothOptions& options, RunCo
   result.edges = input.topology.edges;
   result.labels = surface.upload_edges(std::move(smoothed.labels));
   features = surface.upload_features(std::move(features));
+  if (!smoothed.sigma.empty()) {
+    result.sigma = surface.upload_vertices(std::move(smoothed.sigma));
+    output.facts.uncertainty = uncertainty_facts(result.sigma, input.facts.mean_edge_length);
+  }
   result.classes = std::move(features.classes);
   result.segments = std::move(features.segments);
   result.ridge_lines = std::move(features.ridge_lines);

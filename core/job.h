@@ -21,6 +21,11 @@ struct CheckedInput {
   std::vector<Warning> warnings;
 };
 
+/// Standard deviations of the vertices of a result along their normals, in mean edge lengths.
+struct UncertaintyFacts {
+  double mean = 0, median = 0, max = 0;
+};
+
 struct ResultFacts {
   std::uint32_t ridge_edges = 0;
   double ridge_length = 0;  ///< in the upload's units
@@ -30,6 +35,7 @@ struct ResultFacts {
   double volume_change = 0;            ///< relative; of the signed volume, 0 when the upload encloses none
   double seconds = 0;                  ///< of smoothing alone
   std::optional<ChoiceReport> choice;  ///< of solver=descent
+  std::optional<UncertaintyFacts> uncertainty;
 };
 
 struct JobOutput {

@@ -35,6 +35,14 @@ std::vector<double> JobSurface::upload_edges(std::vector<double> values) const {
   return result;
 }
 
+std::vector<double> JobSurface::upload_vertices(std::vector<double> values) const {
+  if (welded_ == nullptr) return values;
+  std::vector<double> result;
+  result.reserve(welded_->vertex_of.size());
+  for (const Index vertex : welded_->vertex_of) result.push_back(vertex == kNone ? 0 : values[vertex]);
+  return result;
+}
+
 Features JobSurface::upload_features(Features features) const {
   if (welded_ == nullptr) return features;
   Features result;

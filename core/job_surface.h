@@ -25,6 +25,8 @@ class JobSurface {
   /// has them; edges that the surface does not have get 0.
   std::vector<Vec3> upload_positions(std::vector<Vec3> positions) const;
   std::vector<double> upload_edges(std::vector<double> values) const;
+  /// The same for numbers of vertices; 0 for those that were left out.
+  std::vector<double> upload_vertices(std::vector<double> values) const;
   /// Features of the surface as those of the upload. A face that was left out is in the segment of its neighbours, or
   /// in segment kNone.
   Features upload_features(Features features) const;

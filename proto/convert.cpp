@@ -54,23 +54,26 @@ RidgeLine from_message(const v1::RidgeLine& message) {
 
 void add_features(const LabelledMesh& mesh, v1::LabelledMesh& message) {
   for (const VertexClass one : mesh.classes) message.add_classes(static_cast<std::uint32_t>(one));
+  message.mutable_sigma()->Add(mesh.sigma.begin(), mesh.sigma.end());
   message.mutable_segments()->Add(mesh.segments.begin(), mesh.segments.end());
   for (const RidgeLine& line : mesh.ridge_lines) *message.add_ridge_lines() = to_message(line);
   message.mutable_corners()->Add(mesh.corners.begin(), mesh.corners.end());
 }
 
-/// Reads classes, segments and ridge lines into `mesh`, which has its positions and triangles already.
+/// Reads classes, deviations, segments and ridge lines into `mesh`, which has its positions and triangles already.
 void read_features(const v1::LabelledMesh& message, LabelledMesh& mesh) {
   constexpr auto kLastClass = static_cast<std::uint32_t>(VertexClass::kCorner);
   const auto in_range = [&](Index index) { return index < mesh.mesh.positions.size(); };
   const auto fits = [](int size, std::size_t whole) { return size == 0 || static_cast<std::size_t>(size) == whole; };
   require_fit(fits(message.classes_size(), mesh.mesh.positions.size()), "vertex classes");
+  require_fit(fits(message.sigma_size(), mesh.mesh.positions.size()), "vertex deviations");
   require_fit(fits(message.segments_size(), mesh.mesh.triangles.size()), "face segments");
   require_fit(std::ranges::all_of(message.corners(), in_range), "ridge corners");
   for (const std::uint32_t one : message.classes()) {
     require_fit(one <= kLastClass, "vertex classes");
     mesh.classes.push_back(static_cast<VertexClass>(one));
   }
+  mesh.sigma.assign(message.sigma().begin(), message.sigma().end());
   mesh.segments.assign(message.segments().begin(), message.segments().end());
   mesh.corners.assign(message.corners().begin(), message.corners().end());
   for (const v1::RidgeLine& line : message.ridge_lines()) {
@@ -172,9 +175,18 @@ v1::Choice to_message(const ChoiceReport& report) {
   return message;
 }
 
+v1::Uncertainty to_message(const UncertaintyFacts& facts) {
+  v1::Uncertainty message;
+  message.set_mean(facts.mean);
+  message.set_median(facts.median);
+  message.set_max(facts.max);
+  return message;
+}
+
 v1::ResultFacts to_message(const ResultFacts& facts) {
   v1::ResultFacts message;
   if (facts.choice) *message.mutable_choice() = to_message(*facts.choice);
+  if (facts.uncertainty) *message.mutable_uncertainty() = to_message(*facts.uncertainty);
   message.set_ridge_edges(facts.ridge_edges);
   message.set_ridge_length(facts.ridge_length);
   message.set_max_displacement(facts.max_displacement);
@@ -248,7 +260,8 @@ ResultFacts from_message(const v1::ResultFacts& message) {
           .rms_displacement = message.rms_displacement(),
           .volume_change = message.volume_change(),
           .seconds = message.seconds(),
-          .choice = {}};
+          .choice = {},
+          .uncertainty = {}};
 }
 
 LabelledMesh from_message(const v1::LabelledMesh& message) {

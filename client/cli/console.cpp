@@ -63,6 +63,11 @@ std::string figures(const v1::Job& job) {
                       result.ridge_lines(), result.ridge_length());
   text += fmt::format("displacement   rms {:.3g}, max {:.3g} edge lengths\n", result.rms_displacement(),
                       result.max_displacement());
+  if (result.has_uncertainty()) {
+    const v1::Uncertainty& sigma = result.uncertainty();
+    text += fmt::format("uncertainty    mean {:.2g}, median {:.2g}, max {:.2g} edge lengths\n", sigma.mean(),
+                        sigma.median(), sigma.max());
+  }
   text += fmt::format("volume change  {:+.3f} %\n", 100 * result.volume_change());
   text += fmt::format("smoothing took {:.2f} s", result.seconds());
   return text;

@@ -11,7 +11,8 @@ enum class RandomStream : std::uint32_t {
   kEdgeProcess = 2,
   kNoise = 3,
   kFaceProcess = 4,
-  kProbe = 5
+  kProbe = 5,
+  kPosterior = 6
 };
 
 /// Four random words for a site: Philox-4x32-10 [Salmon et al. 2011], a bijection of the counter under the key. Every

@@ -22,8 +22,9 @@ MeshContent read_gltf(std::string_view bytes, const DecodeLimits& limits);
 /// Primitive 0, triangles: POSITION, NORMAL (area-weighted, split along ridges, boundaries and edges whose faces are
 /// wound differently), `_LABEL` (the largest label of the vertex's edges) and `_SOURCE` (the vertex of the upload). The
 /// vertices of the upload come first, in order; copies follow. If the result has them, there are also `_CLASS` (0
-/// smooth, 1 ridge, 2 corner) and `_SEGMENT` (of the vertex's faces, −1 for none); vertices are then split between
-/// segments too, but normals are not. Primitive 1, lines over the same vertices: the edges with label ≥
+/// smooth, 1 ridge, 2 corner), `_SIGMA` (standard deviation along the normal, in the unit of the positions) and
+/// `_SEGMENT` (of the vertex's faces, −1 for none); vertices are then split between segments too, but normals are
+/// not. Primitive 1, lines over the same vertices: the edges with label ≥
 /// kRidgeThreshold, if there are any.
 ///
 /// \throw Error mesh_unsupported if a coordinate does not fit into single precision, or for more than 2²⁴ vertices;

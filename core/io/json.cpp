@@ -80,6 +80,10 @@ std::string write_json(const LabelledMesh& result, const nlohmann::ordered_json&
     append_array(text, "classes", result.classes,
                  [&](VertexClass vertex_class) { append_number(text, static_cast<int>(vertex_class)); });
   }
+  if (!result.sigma.empty()) {
+    text += ",\n";
+    append_array(text, "sigma", result.sigma, [&](double sigma) { append_number(text, sigma); });
+  }
   if (!result.segments.empty()) {
     text += ",\n";
     append_array(text, "segments", result.segments,

@@ -16,8 +16,8 @@ struct LabelledMesh {
   std::vector<double> labels;          ///< in [0, 1], per edge
   std::vector<double> dihedral_rad;    ///< signed, per edge
   std::vector<VertexClass> classes{};  ///< per vertex, or empty
-  std::vector<Index>
-      segments{};  ///< per face, or empty; kNone for a face that was left out and touches none that stays
+  std::vector<double> sigma{};         ///< per vertex, or empty: standard deviation along the normal, in file units
+  std::vector<Index> segments{};       ///< per face, or empty; kNone: left out, and no neighbour stays
   std::vector<RidgeLine> ridge_lines{};
   std::vector<Index> corners{};  ///< the vertices of class corner, ascending
 };

@@ -319,15 +319,18 @@ MeshContent read_ply(std::string_view bytes, const DecodeLimits& limits) {
   return BodyReader(BinaryBody(bytes, header.binary_start, big_endian), header, limits).read();
 }
 
-std::string write_ply(const Mesh& mesh) {
+std::string write_ply(const LabelledMesh& result, const nlohmann::ordered_json& /*extras*/) {
+  const Mesh& mesh = result.mesh;
+  const bool has_sigma = !result.sigma.empty();
   std::string bytes = fmt::format(
       "ply\nformat binary_little_endian 1.0\n"
-      "element vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
+      "element vertex {}\nproperty double x\nproperty double y\nproperty double z\n{}"
       "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
-      mesh.positions.size(), mesh.triangles.size());
-  bytes.reserve(bytes.size() + 24 * mesh.positions.size() + 13 * mesh.triangles.size());
-  for (const Vec3& position : mesh.positions) {
-    for (const double coordinate : position) append_little_endian(bytes, coordinate);
+      mesh.positions.size(), has_sigma ? "property double sigma\n" : "", mesh.triangles.size());
+  bytes.reserve(bytes.size() + (has_sigma ? 32 : 24) * mesh.positions.size() + 13 * mesh.triangles.size());
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    for (const double coordinate : mesh.positions[v]) append_little_endian(bytes, coordinate);
+    if (has_sigma) append_little_endian(bytes, result.sigma[v]);
   }
   for (const Triangle& triangle : mesh.triangles) {
     append_little_endian(bytes, static_cast<std::uint8_t>(3));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
@@ -13,7 +14,8 @@ Likeness looks_like_ply(const Sample& sample);
 /// \throw Error mesh_*, weights_invalid with the line or byte
 MeshContent read_ply(std::string_view bytes, const DecodeLimits& limits);
 
-/// Writes binary PLY in little endian with positions in double precision.
-std::string write_ply(const Mesh& mesh);
+/// Writes binary PLY in little endian with positions in double precision, and with a property "sigma" of the vertices
+/// if the result has one. `extras` are not written.
+std::string write_ply(const LabelledMesh& result, const nlohmann::ordered_json& extras);
 
 }  // namespace crease

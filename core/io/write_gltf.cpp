@@ -38,6 +38,13 @@ std::vector<float> vertex_classes(const LabelledMesh& result, const std::vector<
   return values;
 }
 
+std::vector<float> vertex_sigmas(const LabelledMesh& result, const std::vector<Index>& source) {
+  std::vector<float> values;
+  values.reserve(source.size());
+  for (const Index vertex : source) values.push_back(static_cast<float>(result.sigma[vertex]));
+  return values;
+}
+
 std::vector<float> vertex_segments(const LabelledMesh& result, const SplitMesh& split) {
   std::vector<float> values(split.source.size(), -1);
   for (std::size_t face = 0; face < split.triangles.size(); ++face) {
@@ -77,6 +84,7 @@ tinygltf::Mesh add_mesh(GltfBuilder& builder, const LabelledMesh& result) {
   faces.attributes["_LABEL"] = builder.add_scalars(vertex_labels(result, split.source));
   faces.attributes["_SOURCE"] = builder.add_scalars(sources);
   if (!result.classes.empty()) faces.attributes["_CLASS"] = builder.add_scalars(vertex_classes(result, split.source));
+  if (!result.sigma.empty()) faces.attributes["_SIGMA"] = builder.add_scalars(vertex_sigmas(result, split.source));
   if (!result.segments.empty()) faces.attributes["_SEGMENT"] = builder.add_scalars(vertex_segments(result, split));
   faces.indices = builder.add_indices(flattened(split.triangles));
 

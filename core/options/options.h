@@ -92,6 +92,7 @@ struct MrfOptions {
   double noise_sigma = 0;  ///< descent: deviation of the noise; 0: estimated
   NoiseOption noise = NoiseOption::kEstimated;
   SurfaceOption surface = SurfaceOption::kEstimated;
+  bool uncertainty = false;  ///< descent: estimate how far each vertex of the result may be off
 
   std::uint32_t sweeps = 1000;  ///< of all processes; kBoth takes half for each
   std::uint32_t seed = 1;

@@ -105,8 +105,7 @@ std::vector<Parameter> make_table() {
        .field = 4,
        .group = kAnnealing,
        .unit = "sweeps",
-       .meaning = "Iterations: each visits every edge, then every vertex or face once. process=both takes half for "
-                  "each.",
+       .meaning = "Iterations: each visits every edge, then every vertex or face. process=both halves them.",
        .places = at<&Mrf::sweeps>(1, 100000),
        .conditions = {kMetropolis}},
       {.name = "seed",
@@ -134,8 +133,7 @@ std::vector<Parameter> make_table() {
        .field = 8,
        .group = kLikelihood,
        .unit = kPerSquare,
-       .meaning = "Weight α of the likelihood at the end of the annealing: how far the measured positions are "
-                  "believed.",
+       .meaning = "Weight α of the likelihood after annealing: how far measured positions are believed.",
        .places = at<&Mrf::likelihood_weight>(0, 1000),
        .conditions = {kVertexProcess}},
       {.name = "likelihood_weight_start",
@@ -220,8 +218,7 @@ std::vector<Parameter> make_table() {
        .field = 21,
        .group = kRidges,
        .unit = kDegrees,
-       .meaning = "Dihedral angle φ₀ above which an edge is more probably a ridge than not, as far as its sharpness "
-                  "goes.",
+       .meaning = "Dihedral angle φ₀ above which an edge is probably a ridge, by its sharpness alone.",
        .places = degrees_at<&Mrf::sharpness_threshold>(0, 180),
        .conditions = {kLabels}},
       {.name = "sharpness_weight",
@@ -255,9 +252,7 @@ std::vector<Parameter> make_table() {
        .field = 26,
        .group = kRidges,
        .unit = "1/radian²",
-       .meaning =
-           "Weight of the squared change of the dihedral angle from edge to edge along a ridge line, in the edge "
-           "process.",
+       .meaning = "Edge process: weight of the squared change of the dihedral angle along a ridge line.",
        .places = at<&Mrf::continuity_weight>(0, 1000),
        .conditions = {kLabels}},
       {.name = "ridge_line_weight",
@@ -291,8 +286,7 @@ std::vector<Parameter> make_table() {
       {.name = "corner_weight",
        .field = 31,
        .group = kFaces,
-       .meaning = "Weight of the smoothness between faces that share only a vertex, relative to those that share an "
-                  "edge.",
+       .meaning = "Weight of the smoothness between faces that share only a vertex; 1 for those at an edge.",
        .places = at<&Mrf::corner_weight>(0, 1000),
        .conditions = {kFaceProcess}},
       {.name = "normal_temperature_start",
@@ -401,18 +395,14 @@ std::vector<Parameter> make_table() {
       {.name = "strength",
        .field = 48,
        .group = kAutomatic,
-       .meaning = "How strongly to smooth: 1 as the estimated noise asks for, 0 not at all; 2 takes the noise for "
-                  "twice as strong.",
+       .meaning = "How strongly to smooth: 1 as the noise asks for, 0 not at all, 2 as twice the noise would.",
        .places = at<&Mrf::strength>(0, 2),
        .conditions = {kDescent}},
       {.name = "noise",
        .field = 49,
        .group = kAutomatic,
-       .meaning =
-           "Kind of the noise: normal, along the vertex normals; isotropic, in all directions; correlated, over "
-           "several "
-           "edges, as that of scanners is; estimated from the upload. Meshes of more than 200,000 faces never count as "
-           "correlated.",
+       .meaning = "Kind of the noise: normal, along the vertex normals; isotropic, in all directions; correlated, over "
+                  "several edges, as of scanners; estimated. Meshes of over 200,000 faces never count as correlated.",
        .places = at<&Mrf::noise>(),
        .conditions = {kDescent}},
       {.name = "noise_sigma",
@@ -426,8 +416,7 @@ std::vector<Parameter> make_table() {
        .field = 51,
        .group = kAutomatic,
        .meaning = "What the surface is made of: creases, flat faces that meet in sharp ridges; curved_creases, curved "
-                  "faces that do; flats, flat faces that meet at any angle; organic, curved all over; estimated from "
-                  "the upload.",
+                  "faces that do; flats, flat faces that meet at any angle; organic, curved all over; estimated.",
        .places = at<&Mrf::surface>(),
        .conditions = {kDescent}},
       {.name = "weld_tolerance",
@@ -436,6 +425,13 @@ std::vector<Parameter> make_table() {
        .unit = kEdgeLengths,
        .meaning = "Vertices at most this far apart are smoothed as one; 0: those at exactly the same position.",
        .places = at<&SmoothOptions::weld_tolerance>(0, 0.5)},
+      {.name = "uncertainty",
+       .field = 53,
+       .group = kAutomatic,
+       .meaning = "Adds how far each vertex may be off along its normal, a posterior standard deviation: _SIGMA in "
+                  "glTF, sigma in PLY and JSON, in units of the upload. Changes neither positions nor labels.",
+       .places = at<&Mrf::uncertainty>(),
+       .conditions = {kDescent}},
   };
 }
 

@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "core/base/state_archive.h"
 #include "core/base/stopwatch.h"
 #include "core/choice/choice.h"
 #include "core/choice/families.h"
+#include "core/choice/first_sight.h"
 #include "core/choice/scan.h"
+#include "core/choice/uncertainty.h"
 #include "core/geometry/renumbering.h"
 #include "core/graduated/descent.h"
 
@@ -50,6 +53,14 @@ void exchange(StateArchive& archive, std::size_t vertices, GraduatedResult& resu
   archive.value(result.energy);
 }
 
+/// Of vertices that stay as they were measured: that of the noise.
+std::vector<double> deviations_of_upload(const Mesh& measured, const Topology& topology, const MrfOptions& options) {
+  const Surface surface(measured, topology);
+  const ChoiceOptions choice = choice_options(options);
+  const FirstSight sight = look_at(surface, choice.noise_sigma, choice.noise_direction);
+  return std::vector<double>(measured.positions.size(), surface.unit * sight.sigma);
+}
+
 /// A run of solves, each in stages. It keeps the results of its solves for checkpoints. A run that goes on from a
 /// checkpoint takes the results in it, in the same order, instead of solving again.
 class AutomaticRun {
@@ -86,9 +97,11 @@ class AutomaticRun {
                                            : choose_and_solve(surface, mesh, precisions_, options, solve, report);
       result_.positions = upload_positions(chosen.positions);
       result_.labels = labels(chosen.ridge_angles);
+      if (options_.uncertainty) find_uncertainty(surface, chosen.positions, report, spectrum);
       result_.choice = std::move(report);
     } catch (const Cancelled&) {
       result_.cancelled = true;
+      result_.sigma.clear();
       result_.positions = upload_positions(latest_);
       result_.labels.assign(topology_.edges.size(), 0);
     }
@@ -112,7 +125,48 @@ class AutomaticRun {
 
   double seconds() const { return seconds_before_ + stopwatch_.seconds(); }
 
+  /// Keeps what the last solve of the whole mesh with each family was told, of final ones where there are any.
+  void keep_options(const SolveRequest& request) {
+    if (!options_.uncertainty || &request.mesh != mesh_) return;
+    const auto [kept, is_new] = ended_.try_emplace(request.options.family.name);
+    if (!is_new && kept->second.final && !request.final) return;
+    kept->second = {{.options = request.options,
+                     .precisions = {request.precisions.begin(), request.precisions.end()},
+                     .spectrum = {},
+                     .seed = options_.seed},
+                    request.final};
+  }
+
+  void find_uncertainty(const Surface& surface, const FlatVectors& positions, const ChoiceReport& report,
+                        const std::optional<NoiseSpectrum>& spectrum) {
+    const auto kept = ended_.find(report.family);
+    EndedDescent descent = (kept == ended_.end() ? ended_.begin() : kept)->second.descent;
+    descent.options.weight = static_cast<float>(report.weight / (options_.strength * options_.strength));
+    descent.spectrum = spectrum;
+    latest_ = positions;
+    const auto on_step = [&] {
+      if (!goes_on()) throw Cancelled();
+    };
+    const std::vector<double> deviations =
+        posterior_deviations(surface, *mesh_, positions, descent, report, team_, on_step);
+    for (const Index v : renumbering_.new_vertex) result_.sigma.push_back(surface.unit * deviations[v]);
+  }
+
+  /// Asks the caller after the last solve.
+  bool goes_on() {
+    if (context_.on_sweep && !result_.sweeps.empty()) {
+      const SweepRecord& record = result_.sweeps.back();
+      const auto positions = [&] { return upload_positions(latest_); };
+      const auto now_labelled = [&] { return labels(present_angles(latest_)); };
+      const auto checkpoint = [&] { return state_head(solves_, 0) + done_; };
+      const std::uint32_t total = std::max(kUsualStages, record.sweep + 1);
+      if (!context_.on_sweep({record, total, seconds(), now_labelled, positions, checkpoint})) return false;
+    }
+    return !context_.cancel.load();
+  }
+
   GraduatedResult solved(const SolveRequest& request) {
+    keep_options(request);
     if (known_solves_ > 0) return take_known(request.mesh.vertex_count);
     GraduatedDescent descent(request.mesh, request.measured, request.options, request.precisions, request.latent,
                              team_);
@@ -177,16 +231,19 @@ class AutomaticRun {
     archive.value(result_.site_proposals);
   }
 
-  std::string state(const SolveRequest& request, const StageView& view) {
-    const bool ends_solve = view.stage + 1 == request.options.stages;
+  std::string state_head(std::uint32_t solves, std::int32_t next_stage) {
     StateArchive archive;
     double time = seconds();
     archive.value(time);
     exchange_records(archive);
-    std::uint32_t solves = solves_ + (ends_solve ? 1 : 0);
     archive.value(solves);
-    auto next_stage = static_cast<std::int32_t>(ends_solve ? 0 : view.stage + 1);
     archive.value(next_stage);
+    return archive.take_bytes();
+  }
+
+  std::string state(const SolveRequest& request, const StageView& view) {
+    const bool ends_solve = view.stage + 1 == request.options.stages;
+    const std::string head = state_head(solves_ + (ends_solve ? 1 : 0), ends_solve ? 0 : view.stage + 1);
     StateArchive tail;
     GraduatedResult result{
         {view.positions.begin(), view.positions.end()}, view.energy.vertex_normals, view.latent, view.energy.parts()};
@@ -195,7 +252,7 @@ class AutomaticRun {
     } else {
       tail.values(result.positions);
     }
-    return archive.take_bytes() + done_ + tail.take_bytes();
+    return head + done_ + tail.take_bytes();
   }
 
   void read_head() {
@@ -275,6 +332,11 @@ class AutomaticRun {
   const FlatMesh* mesh_ = nullptr;
   SmoothResult result_;
   FlatVectors latest_;  ///< positions of the whole mesh
+  struct KeptDescent {
+    EndedDescent descent;
+    bool final = false;
+  };
+  std::map<std::string_view, KeptDescent> ended_;  ///< by family
 
   std::string done_;          ///< solves, as checkpoints have them
   std::uint32_t solves_ = 0;  ///< in `done_`
@@ -291,6 +353,7 @@ SmoothResult smooth_automatically(const Mesh& measured, const Topology& topology
     SmoothResult unchanged;
     unchanged.positions = measured.positions;
     unchanged.labels.assign(topology.edges.size(), 0);
+    if (options.uncertainty) unchanged.sigma = deviations_of_upload(measured, topology, options);
     return unchanged;
   }
   return AutomaticRun(measured, topology, options, threads, context, weights).run();

@@ -37,6 +37,8 @@ SmoothResult smooth(const Mesh& measured, const Topology& topology, const Smooth
     SmoothResult unchanged;
     unchanged.positions = measured.positions;
     unchanged.labels.assign(topology.edges.size(), 0);
+    const auto* mrf = std::get_if<MrfOptions>(&options.method);
+    if (mrf != nullptr && mrf->uncertainty) unchanged.sigma.assign(measured.positions.size(), 0);
     return unchanged;
   }
   return std::visit(

@@ -59,6 +59,8 @@ struct SmoothResult {
   double seconds = 0;  ///< those before the checkpoint included
   bool cancelled = false;
   std::optional<ChoiceReport> choice;  ///< of solver=descent
+  std::vector<double>
+      sigma;  ///< standard deviation of each vertex along its normal, in the units of the upload; or empty
 };
 
 }  // namespace crease

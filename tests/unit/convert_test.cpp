@@ -55,6 +55,7 @@ TEST(LabelledMeshMessage, PreservesFeatures) {
     LabelledMesh before = test::labelled(member.mesh);
     Features features = find_features(before.mesh, build_topology(before.mesh), before.mesh.positions, before.labels);
     before.classes = std::move(features.classes);
+    before.sigma.assign(member.mesh.positions.size(), 0.25);
     before.segments = std::move(features.segments);
     before.ridge_lines = std::move(features.ridge_lines);
     before.corners = std::move(features.corners);
@@ -62,6 +63,7 @@ TEST(LabelledMeshMessage, PreservesFeatures) {
     ASSERT_TRUE(parsed.ParseFromString(to_message(before).SerializeAsString()));
     const LabelledMesh after = from_message(parsed);
     EXPECT_EQ(after.classes, before.classes);
+    EXPECT_EQ(after.sigma, before.sigma);
     EXPECT_EQ(after.segments, before.segments);
     EXPECT_EQ(after.corners, before.corners);
     ASSERT_EQ(after.ridge_lines.size(), before.ridge_lines.size());
@@ -75,11 +77,9 @@ TEST(LabelledMeshMessage, PreservesFeatures) {
 TEST(LabelledMeshMessage, RefusesFeaturesThatDoNotFit) {
   const v1::LabelledMesh good = to_message(distinctly_labelled(test::cube(1)));
   const std::vector<std::function<void(v1::LabelledMesh&)>> faults = {
-      [](auto& message) { message.add_classes(0); },
-      [](auto& message) { message.mutable_classes()->Resize(8, 3); },
-      [](auto& message) { message.add_segments(0); },
-      [](auto& message) { message.add_corners(8); },
-      [](auto& message) { message.add_ridge_lines()->add_vertices(8); },
+      [](auto& message) { message.add_classes(0); },  [](auto& message) { message.mutable_classes()->Resize(8, 3); },
+      [](auto& message) { message.add_segments(0); }, [](auto& message) { message.add_sigma(0); },
+      [](auto& message) { message.add_corners(8); },  [](auto& message) { message.add_ridge_lines()->add_vertices(8); },
   };
   for (const auto& spoil : faults) {
     v1::LabelledMesh message = good;
@@ -103,13 +103,16 @@ TEST(FactsMessages, PreserveEveryFact) {
                            .rms_displacement = 7,
                            .volume_change = 8,
                            .seconds = 9,
-                           .choice = {}};
+                           .choice = {},
+                           .uncertainty = {}};
   const v1::ResultFacts message = to_message(result);
   EXPECT_EQ(message.ridge_lines(), 3U);
   EXPECT_EQ(to_message(from_message(message)).SerializeAsString(), message.SerializeAsString());
   ResultFacts chosen = result;
   chosen.choice.emplace().candidates.emplace_back().family = "flats";
+  chosen.uncertainty = {.mean = 0.1, .median = 0.05, .max = 0.4};
   const v1::ResultFacts with_choice = to_message(chosen);
+  EXPECT_EQ(with_choice.uncertainty().median(), 0.05);
   EXPECT_EQ(static_cast<int>(to_json(with_choice).size()), v1::ResultFacts::descriptor()->field_count());
   EXPECT_EQ(static_cast<int>(to_json(with_choice)["choice"].size()), v1::Choice::descriptor()->field_count());
   EXPECT_EQ(with_choice.choice().candidates(0).surface(), "flats");

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/features/features.h"
+#include "core/io/decode.h"
 #include "core/io/encode.h"
 #include "core/io/write_gltf_corners.h"
 #include "tests/support/labelled_meshes.h"
@@ -78,6 +79,45 @@ TEST(EncodeFeatures, GlbVerticesHaveTheClassOfTheirSourceAndTheSegmentOfTheirFac
     }
     for (Index v = 0; v < segments.size(); ++v) EXPECT_EQ(segments[v] < 0, !used.contains(v));
   }
+}
+
+/// A result with a distinct deviation for each vertex.
+LabelledMesh with_sigma(const Mesh& mesh) {
+  LabelledMesh result = labelled(mesh);
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) result.sigma.push_back(static_cast<double>(v) / 7);
+  return result;
+}
+
+TEST(EncodeFeatures, DeviationsOfVerticesAreInGltfPlyAndJsonOnlyWhenTheyAreKnown) {
+  const Mesh cube = test::cube(3);
+  const LabelledMesh result = with_sigma(cube);
+  const tinygltf::Model model = read(encode_mesh(result, MeshFormat::kGlb));
+  const tinygltf::Primitive& faces = model.meshes.at(0).primitives.at(0);
+  const auto sources = items<float>(model, faces.attributes.at("_SOURCE"));
+  const auto sigma = items<float>(model, faces.attributes.at("_SIGMA"));
+  ASSERT_EQ(sigma.size(), sources.size());
+  for (std::size_t v = 0; v < sigma.size(); ++v) {
+    EXPECT_EQ(sigma[v], static_cast<float>(result.sigma[static_cast<std::size_t>(sources[v])]));
+  }
+  const auto json = nlohmann::json::parse(encode_mesh(result, MeshFormat::kJson));
+  EXPECT_EQ(json["sigma"].get<std::vector<double>>(), result.sigma);
+
+  const std::string ply = encode_mesh(result, MeshFormat::kPly);
+  const DecodedMesh read_back = decode_mesh(ply, MeshFormat::kPly);
+  EXPECT_EQ(read_back.mesh.positions, cube.positions);
+  EXPECT_EQ(read_back.mesh.triangles, cube.triangles);
+  const std::size_t body = ply.find("end_header\n") + std::string_view("end_header\n").size();
+  for (std::size_t v = 0; v < cube.positions.size(); ++v) {
+    double written = -1;
+    std::memcpy(&written, ply.data() + body + 32 * v + 24, sizeof written);
+    EXPECT_EQ(written, result.sigma[v]);
+  }
+
+  const LabelledMesh plain = labelled(cube);
+  EXPECT_FALSE(nlohmann::json::parse(encode_mesh(plain, MeshFormat::kJson)).contains("sigma"));
+  EXPECT_EQ(encode_mesh(plain, MeshFormat::kPly).find("sigma"), std::string::npos);
+  const tinygltf::Model without = read(encode_mesh(plain, MeshFormat::kGlb));
+  EXPECT_FALSE(without.meshes.at(0).primitives.at(0).attributes.contains("_SIGMA"));
 }
 
 TEST(EncodeFeatures, SegmentsSplitVerticesButNotNormals) {

@@ -34,6 +34,7 @@ const std::vector<Effect> kEffects = {
     {"noise", "isotropic", {{"solver=descent"}}},
     {"noise_sigma", "0.5", {{"solver=descent"}}},
     {"surface", "flats", {{"solver=descent"}}},
+    {"uncertainty", "true", {{"solver=descent"}}},
     {"likelihood", "huber"},
     {"likelihood_weight", "0.5"},
     {"likelihood_weight_start", "1"},
@@ -107,13 +108,15 @@ struct Outcome {
   std::vector<Vec3> positions;
   std::vector<double> labels;
   std::vector<double> energies;
+  std::vector<double> sigma;
   bool operator==(const Outcome&) const = default;
 };
 
 Outcome run(const SmoothOptions& options) {
   RunContext context;
   JobOutput output = run_job(noisy_part(), options, context);
-  Outcome outcome{std::move(output.result.mesh.positions), std::move(output.result.labels), {}};
+  Outcome outcome{std::move(output.result.mesh.positions), std::move(output.result.labels), {}, {}};
+  outcome.sigma = std::move(output.result.sigma);
   for (const SweepRecord& record : output.sweeps) outcome.energies.push_back(record.energy.total());
   return outcome;
 }
