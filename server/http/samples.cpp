@@ -1,18 +1,18 @@
 #include "server/http/samples.h"
 
-#include "core/io/ply.h"
+#include "core/io/encode.h"
 #include "core/measure/samples.h"
 
 namespace creased {
 namespace {
 
 const std::string& part_file() {
-  static const std::string bytes = crease::write_ply(crease::sample_part());
+  static const std::string bytes = crease::encode_mesh({crease::sample_part(), {}, {}, {}}, crease::MeshFormat::kPly);
   return bytes;
 }
 
 const std::string& scan_file() {
-  static const std::string bytes = crease::write_ply(crease::sample_scan());
+  static const std::string bytes = crease::encode_mesh({crease::sample_scan(), {}, {}, {}}, crease::MeshFormat::kPly);
   return bytes;
 }
 
