@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 
 #include "core/base/text.h"
 #include "core/io/byte_cursor.h"
@@ -322,12 +323,18 @@ MeshContent read_ply(std::string_view bytes, const DecodeLimits& limits) {
 std::string write_ply(const LabelledMesh& result, const nlohmann::ordered_json& /*extras*/) {
   const Mesh& mesh = result.mesh;
   const bool has_sigma = !result.sigma.empty();
+  const std::string edges = fmt::format(
+      "element edge {}\nproperty uint vertex1\nproperty uint vertex2\nproperty float label\nproperty float "
+      "dihedral_deg\n",
+      result.edges.size());
   std::string bytes = fmt::format(
       "ply\nformat binary_little_endian 1.0\n"
       "element vertex {}\nproperty double x\nproperty double y\nproperty double z\n{}"
-      "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
-      mesh.positions.size(), has_sigma ? "property double sigma\n" : "", mesh.triangles.size());
-  bytes.reserve(bytes.size() + (has_sigma ? 32 : 24) * mesh.positions.size() + 13 * mesh.triangles.size());
+      "element face {}\nproperty list uchar uint vertex_indices\n{}end_header\n",
+      mesh.positions.size(), has_sigma ? "property double sigma\n" : "", mesh.triangles.size(),
+      result.edges.empty() ? "" : edges);
+  bytes.reserve(bytes.size() + (has_sigma ? 32 : 24) * mesh.positions.size() + 13 * mesh.triangles.size() +
+                16 * result.edges.size());
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     for (const double coordinate : mesh.positions[v]) append_little_endian(bytes, coordinate);
     if (has_sigma) append_little_endian(bytes, result.sigma[v]);
@@ -335,6 +342,12 @@ std::string write_ply(const LabelledMesh& result, const nlohmann::ordered_json& 
   for (const Triangle& triangle : mesh.triangles) {
     append_little_endian(bytes, static_cast<std::uint8_t>(3));
     for (const Index corner : triangle) append_little_endian(bytes, corner);
+  }
+  for (std::size_t e = 0; e < result.edges.size(); ++e) {
+    append_little_endian(bytes, result.edges[e].v0);
+    append_little_endian(bytes, result.edges[e].v1);
+    append_little_endian(bytes, static_cast<float>(result.labels[e]));
+    append_little_endian(bytes, static_cast<float>(result.dihedral_rad[e] * 180 / std::numbers::pi));
   }
   return bytes;
 }

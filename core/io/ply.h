@@ -14,8 +14,9 @@ Likeness looks_like_ply(const Sample& sample);
 /// \throw Error mesh_*, weights_invalid with the line or byte
 MeshContent read_ply(std::string_view bytes, const DecodeLimits& limits);
 
-/// Writes binary PLY in little endian with positions in double precision, and with a property "sigma" of the vertices
-/// if the result has one. `extras` are not written.
+/// Writes binary PLY in little endian with positions in double precision, with a property "sigma" of the vertices if
+/// the result has one, and with its edges as elements of vertex1, vertex2, label and dihedral_deg. `extras` are not
+/// written.
 std::string write_ply(const LabelledMesh& result, const nlohmann::ordered_json& extras);
 
 }  // namespace crease

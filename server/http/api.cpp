@@ -219,6 +219,10 @@ void Api::refuse_early(const httplib::Request& request, const RouteMatch& match,
     throw Error(exchange.stream.body_fault(), "the body is larger than this call accepts");
   }
   check_query(*match.route, request.params);
+  if (!match.format.empty() && request.has_param("format")) {
+    throw Error::parameter("parameter_invalid", "format", request.get_param_value("format"),
+                           "no such field where the path ends in the format");
+  }
   if (match.route->takes_parameters() && services_.shutting_down) {
     throw Error("shutting_down", "the server is going down");
   }
@@ -228,7 +232,7 @@ void Api::dispatch(const httplib::Request& request, httplib::Response& response,
   RouteMatch match = match_route(request.method, request.path);
   Exchange& exchange = GuardedServer::exchange();
   guarded(response, exchange.request_id, [&] {
-    Call call{request, response, exchange, *match.route, std::move(match.id), body};
+    Call call{request, response, exchange, *match.route, std::move(match.id), std::move(match.format), body};
     handlers_.at(match.route->operation)(call);
   });
 }

@@ -41,12 +41,15 @@ struct Call {
   Exchange& exchange;
   const Route& route;
   std::string id;                                ///< id of the job, or name of the file, from the path
+  std::string format;                            ///< at the end of the path; empty for none
   const httplib::ContentReader* body = nullptr;  ///< null for methods that have no body
 
   const Caller& caller() const { return exchange.caller; }
   /// The owner whose jobs this call can see.
   std::string owner() const { return caller().owner(); }
+  /// A field of the query. The format may be at the end of the path instead.
   std::string query(const std::string& name, const std::string& fallback = {}) const {
+    if (name == "format" && !format.empty()) return format;
     return query_value(request.params, name, fallback);
   }
 };

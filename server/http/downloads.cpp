@@ -43,6 +43,10 @@ std::string etag(const crease::v1::Job& job, const std::string& what) {
   return fmt::format("{}-{}-{}", crease::job_fingerprint(job.input(), job.parameters()), CREASE_VERSION, what);
 }
 
+std::string disposition(const crease::v1::Job& job, std::string_view part, const Format& format) {
+  return attachment(job.input().name(), job.id(), part, format.extensions.front());
+}
+
 }  // namespace
 
 void Downloads::get_mesh(Call& call) {
@@ -57,7 +61,7 @@ void Downloads::get_mesh(Call& call) {
   const std::string extension(format.extensions.front());
   Download download;
   download.media_type = format.media_types.front();
-  download.disposition = attachment(job.input().name(), job.id(), extension);
+  download.disposition = disposition(job, measured ? "measured" : "smooth", format);
   download.etag = snapshot ? "" : etag(job, (measured ? "measured-" : "") + extension);
   download.file = snapshot   ? files_.snapshot(job, format)
                   : measured ? files_.measured(job, format)
@@ -72,6 +76,7 @@ void Downloads::get_labels(Call& call) {
   const double min = query_number(call.request.params, "min", 0);
   Download download;
   download.media_type = format.media_types.front();
+  download.disposition = disposition(job, "labels", format);
   download.etag = etag(job, fmt::format("labels-{}-{}", min, format.name));
   download.file = files_.labels(job, format, min);
   send_file(call, download);
@@ -83,6 +88,7 @@ void Downloads::get_ridges(Call& call) {
   require_success(job);
   Download download;
   download.media_type = format.media_types.front();
+  download.disposition = disposition(job, "ridges", format);
   download.etag = etag(job, fmt::format("ridges-{}", format.name));
   download.file = files_.ridges(job, format);
   send_file(call, download);
@@ -94,6 +100,7 @@ void Downloads::get_report(Call& call) {
   const std::string bytes = reports_.read(job.id(), file::kReport);
   const Format& format = named_format(call, crease::report_formats());
   const std::string media_type(format.media_types.front());
+  call.response.set_header("Content-Disposition", disposition(job, "report", format));
   if (&format == &crease::kProtobuf) return call.response.set_content(bytes, media_type);
   crease::v1::Report report;
   if (bytes.empty() || !report.ParseFromString(bytes))

@@ -28,11 +28,12 @@ std::string clean_file_name(std::string_view name) {
   return clean;
 }
 
-std::string attachment(const std::string& upload_name, const std::string& fallback, const std::string& extension) {
+std::string attachment(const std::string& upload_name, const std::string& fallback, std::string_view part,
+                       std::string_view extension) {
   std::string stem = std::filesystem::path(upload_name).stem().string();
   stem.erase(0, stem.find_first_not_of('.'));
   if (stem.empty()) stem = fallback;
-  const std::string name = stem + "." + extension;
+  const std::string name = fmt::format("{}-{}.{}", stem, part, extension);
   std::string ascii, encoded;
   for (const char c : name) {
     const auto byte = static_cast<unsigned char>(c);

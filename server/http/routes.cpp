@@ -111,7 +111,10 @@ std::vector<Route> result_routes() {
        "/v1/jobs/{id}/mesh",
        "get_mesh",
        "Download the smoothed mesh",
-       {{"format", "string", "Format of the mesh. By default the Accept header decides, or else it is glb.",
+       {{"format", "string",
+         "Format of the mesh; the path may end in it instead: mesh.glb. By default the Accept header decides, or else "
+         "it "
+         "is glb.",
          names(crease::mesh_formats())},
         {"snapshot", "boolean", "While the job is running, its latest intermediate mesh."},
         {"measured", "boolean",
@@ -125,7 +128,8 @@ std::vector<Route> result_routes() {
        "/v1/jobs/{id}/labels",
        "get_labels",
        "Download the ridge label and the signed dihedral angle of every edge",
-       {{"format", "string", "Format of the labels.", names(crease::label_formats())},
+       {{"format", "string", "Format of the labels; the path may end in it instead: labels.csv.",
+         names(crease::label_formats())},
         {"min", "number", "Only edges with a label of at least this.", {}, 0, 1}},
        {{200, "The labels.", media_types(crease::label_formats()), "EdgeLabels"},
         {206, "A range of their bytes.", media_types(crease::label_formats()), ""},
@@ -135,7 +139,10 @@ std::vector<Route> result_routes() {
        "/v1/jobs/{id}/ridges",
        "get_ridges",
        "Download the ridge lines and the corners where they meet",
-       {{"format", "string", "Format of the ridge lines. By default the Accept header decides, or else it is json.",
+       {{"format", "string",
+         "Format of the ridge lines; the path may end in it instead: ridges.glb. By default the Accept header decides, "
+         "or "
+         "else it is json.",
          names(crease::ridge_formats())}},
        {{200, "The ridge lines.", media_types(crease::ridge_formats()), "RidgeLines"},
         {206, "A range of their bytes.", media_types(crease::ridge_formats()), ""},
@@ -145,7 +152,8 @@ std::vector<Route> result_routes() {
        "/v1/jobs/{id}/report",
        "get_report",
        "Download the report: input facts, parameters, energies of every sweep, result, timings",
-       {{"format", "string", "Format of the report.", names(crease::report_formats())}},
+       {{"format", "string", "Format of the report; the path may end in it instead: report.json.",
+         names(crease::report_formats())}},
        {{200, "The report.", media_types(crease::report_formats()), "Report"}},
        with({})},
   };
@@ -236,6 +244,25 @@ bool match_path(std::string_view pattern, std::string_view path, std::string& id
   return true;
 }
 
+/// The format behind the dot at the end of `path`, where the route has that format.
+std::string format_at_end(const Route& route, std::string_view path) {
+  const std::size_t dot = path.rfind('.');
+  if (dot == std::string_view::npos) return {};
+  const std::string format(path.substr(dot + 1));
+  const auto field = std::ranges::find(route.query, "format", &QueryField::name);
+  if (field == route.query.end() || std::ranges::find(field->values, format) == field->values.end()) return {};
+  return format;
+}
+
+bool matches(const Route& route, std::string_view path, RouteMatch& match) {
+  if (match_path(route.path, path, match.id)) return true;
+  const std::string format = format_at_end(route, path);
+  if (format.empty() || !match_path(route.path, path.substr(0, path.size() - format.size() - 1), match.id))
+    return false;
+  match.format = format;
+  return true;
+}
+
 std::string joined(const std::vector<std::string>& names) {
   std::string text;
   for (const auto& name : names) text += (text.empty() ? "" : ", ") + name;
@@ -286,7 +313,7 @@ std::span<const Route> routes() {
 RouteMatch match_route(std::string_view method, std::string_view path) {
   RouteMatch match;
   for (const auto& route : routes()) {
-    if (!match_path(route.path, path, match.id)) continue;
+    if (!matches(route, path, match)) continue;
     match.allowed.push_back(route.method);
     if (route.method == "GET") match.allowed.emplace_back("HEAD");
     if (route.method == method || (method == "HEAD" && route.method == "GET")) match.route = &route;

@@ -24,8 +24,9 @@ TEST_F(Results, MeshHasTheUploadsVerticesAndFacesInEveryFormat) {
     const auto response = call("GET", self() + "/mesh?format=" + format);
     ASSERT_EQ(response.status, 200) << response.body;
     EXPECT_EQ(response.header("content-type"), row->media_types.front());
-    EXPECT_EQ(response.header("content-disposition"),
-              fmt::format("attachment; filename=\"my_cube.{0}\"; filename*=UTF-8''my%20cube.{0}", format));
+    EXPECT_EQ(
+        response.header("content-disposition"),
+        fmt::format("attachment; filename=\"my_cube-smooth.{0}\"; filename*=UTF-8''my%20cube-smooth.{0}", format));
     EXPECT_EQ(response.header("content-length"), std::to_string(response.body.size()));
     if (format == "json") {
       EXPECT_TRUE(response.json().is_object());
@@ -37,6 +38,32 @@ TEST_F(Results, MeshHasTheUploadsVerticesAndFacesInEveryFormat) {
       EXPECT_EQ(decoded.mesh.triangles, cube(4).triangles);
     }
   }
+}
+
+TEST_F(Results, ThePathMayEndInTheFormat) {
+  const auto expect_same = [](const std::string& part, const crease::Formats& formats) {
+    for (const Format* row : formats) {
+      const std::string format(row->name);
+      const auto named = call("GET", self() + "/" + part + "." + format);
+      const auto asked = call("GET", self() + "/" + part + "?format=" + format);
+      ASSERT_EQ(named.status, 200) << part << format;
+      EXPECT_EQ(named.body, asked.body) << part << format;
+      EXPECT_EQ(named.header("content-type"), row->media_types.front());
+      EXPECT_NE(named.header("content-disposition").find("my_cube-"), std::string::npos) << part << format;
+    }
+  };
+  expect_same("mesh", mesh_formats());
+  expect_same("labels", label_formats());
+  expect_same("ridges", ridge_formats());
+  expect_same("report", report_formats());
+  EXPECT_EQ(call("GET", self() + "/labels.csv?min=0.5").body, call("GET", self() + "/labels?format=csv&min=0.5").body);
+  EXPECT_EQ(call("HEAD", self() + "/mesh.obj").status, 200);
+  EXPECT_EQ(call("GET", self() + "/mesh.xyz").status, 404);
+  EXPECT_EQ(call("GET", self() + "/events.json").status, 404);
+  EXPECT_EQ(call("DELETE", self() + "/mesh.obj").status, 405);
+  const auto twice = call("GET", self() + "/mesh.obj?format=ply");
+  EXPECT_EQ(twice.status, 400);
+  EXPECT_EQ(twice.code(), "parameter_invalid");
 }
 
 TEST_F(Results, FormatFollowsAccept) {

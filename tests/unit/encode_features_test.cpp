@@ -1,9 +1,12 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 #include <set>
 
 #include "core/error.h"
@@ -118,6 +121,25 @@ TEST(EncodeFeatures, DeviationsOfVerticesAreInGltfPlyAndJsonOnlyWhenTheyAreKnown
   EXPECT_EQ(encode_mesh(plain, MeshFormat::kPly).find("sigma"), std::string::npos);
   const tinygltf::Model without = read(encode_mesh(plain, MeshFormat::kGlb));
   EXPECT_FALSE(without.meshes.at(0).primitives.at(0).attributes.contains("_SIGMA"));
+}
+
+TEST(EncodeFeatures, PlyHasTheLabelOfEveryEdge) {
+  const LabelledMesh result = labelled(test::cube(2));
+  const std::string ply = encode_mesh(result, MeshFormat::kPly);
+  EXPECT_NE(ply.find(fmt::format("element edge {}\n", result.edges.size())), std::string::npos);
+  constexpr std::size_t kEdgeBytes = 16;
+  ASSERT_GT(ply.size(), kEdgeBytes * result.edges.size());
+  const char* edge = ply.data() + ply.size() - kEdgeBytes * result.edges.size();
+  for (std::size_t e = 0; e < result.edges.size(); ++e, edge += kEdgeBytes) {
+    std::array<Index, 2> ends{};
+    std::array<float, 2> numbers{};
+    std::memcpy(ends.data(), edge, sizeof ends);
+    std::memcpy(numbers.data(), edge + sizeof ends, sizeof numbers);
+    EXPECT_EQ(ends, (std::array{result.edges[e].v0, result.edges[e].v1}));
+    EXPECT_FLOAT_EQ(numbers[0], static_cast<float>(result.labels[e]));
+    EXPECT_NEAR(numbers[1], result.dihedral_rad[e] * 180 / std::numbers::pi, 1e-4);
+  }
+  EXPECT_EQ(encode_mesh({test::cube(2), {}, {}, {}}, MeshFormat::kPly).find("edge"), std::string::npos);
 }
 
 TEST(EncodeFeatures, SegmentsSplitVerticesButNotNormals) {
