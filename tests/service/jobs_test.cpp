@@ -63,6 +63,7 @@ TEST_F(Jobs, AreCancelledWithinASweep) {
 
 TEST_F(Jobs, AreCancelledAtOnceWhileQueued) {
   const auto running = server().submit(obj_text(icosphere(4)), kLong);
+  server().wait_for_state(running["id"], "running");  // or else the small job passes it
   const auto waiting = server().submit(small_obj(), "sweeps=4");
   const auto response = call("POST", path_of(waiting) + "/cancel");
   EXPECT_EQ(response.status, 200);
