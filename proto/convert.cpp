@@ -166,12 +166,8 @@ v1::Choice to_message(const ChoiceReport& report) {
     v1::Candidate& candidate = *message.add_candidates();
     candidate.set_surface(one.family);
     candidate.set_weight(one.weight);
-    candidate.set_risk(one.risk);
-    candidate.set_cross_validation(one.cross_validation);
-    candidate.set_residual(one.residual);
-    candidate.set_divergence(one.divergence);
+    candidate.set_expected_error(one.expected_error);
   }
-  *message.mutable_blended() = {report.blended.begin(), report.blended.end()};
   return message;
 }
 

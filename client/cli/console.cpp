@@ -40,14 +40,13 @@ std::string noise_text(const v1::Choice& choice) {
   return text;
 }
 
-/// "noise 0.31 edge lengths along the normals; creases by far; blended of 2 candidates".
+/// "noise 0.31 edge lengths along the normals; creases by far".
 std::string sentence(const v1::Choice& choice) {
-  constexpr double kClearMargin = 0.05;
+  constexpr double kClearMargin = 0.15;
   std::string text = noise_text(choice);
   text += fmt::format("; {}", choice.surface());
   if (choice.correlation_length() == 0)
     text += fmt::format(" {}", choice.margin() > kClearMargin ? "by far" : "by a narrow margin");
-  if (choice.blended_size() > 1) text += fmt::format("; blended of {} candidates", choice.blended_size());
   std::ranges::replace(text, '_', ' ');
   return text;
 }

@@ -3,11 +3,12 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
-#include "core/choice/candidate.h"
 #include "core/choice/report.h"
 #include "core/geometry/surface.h"
+#include "core/graduated/descent.h"
 
 namespace crease {
 
@@ -16,9 +17,10 @@ struct ChoiceOptions {
   double strength = 1;                ///< times the deviation of the noise, for the likelihood; above 0
   std::optional<double> noise_sigma;  ///< in ℓ
   std::optional<NoiseDirection> noise_direction;
-  bool correlated = false;  ///< take the noise for correlated, whatever it looks like
-  std::optional<PotentialFamily> family;
+  bool correlated = false;                  ///< take the noise for correlated, whatever it looks like
+  std::optional<std::string_view> surface;  ///< the name of families in core/choice/families.h
   std::uint32_t seed = 1;
+  bool wants_risk = false;  ///< of the result
 };
 
 /// Solves for positions; may answer from memory. Numbers of solves count from 0 in an order that only depends on the
@@ -36,11 +38,13 @@ using Solve = std::function<GraduatedResult(const SolveRequest&)>;
 
 struct ChoiceResult {
   FlatVectors positions;            ///< of the whole mesh
-  std::vector<float> ridge_angles;  ///< per edge of the flat mesh, in radians: the dihedral angle that labels go by
+  std::vector<float> ridge_angles;  ///< per edge of the flat mesh, in radians: what labels go by
+  /// Expected squared error of the positions along the normals, in noise variances; if it is wanted, and known.
+  std::optional<double> risk;
 };
 
-/// The automatic setting: estimates the noise, solves candidates, chooses by Stein's unbiased risk estimate, and blends
-/// candidates vertex by vertex where another one is better. `precisions` of the likelihood per vertex, empty for 1.
+/// The automatic setting: solves a reference, learns from it what the noise and the surface are like, and solves the
+/// setting that is expected to do best. `precisions` of the likelihood per vertex, empty for 1.
 ChoiceResult choose_and_solve(const Surface& surface, const FlatMesh& mesh, std::span<const float> precisions,
                               const ChoiceOptions& options, const Solve& solve, ChoiceReport& report);
 

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 
-#include "core/choice/families.h"
 #include "core/choice/noise_level.h"
 
 namespace crease {
 namespace {
 
-constexpr double kHeavyNoise = 0.33;  ///< σ from which on the short schedule of the trials is too short
-constexpr int kTrialStages = 5, kTrialSteps = 30;
+constexpr int kTrialStages = 5, kTrialSteps = 20;
+constexpr int kStepsOfRegular = 25;  ///< what is folded over takes longer
 constexpr double kLeastVariance = 1e-6;
 /// With fewer, noise cannot be told from shape: the estimate takes coarse prisms for noise and flattens them.
 constexpr std::size_t kFewestVertices = 40;
@@ -23,17 +22,17 @@ NoiseDirection direction_of(const NoiseLevel& level, double sigma) {
 
 }  // namespace
 
-GraduatedOptions FirstSight::options(const PotentialFamily& family, double weight, double noise_variance,
-                                     bool trial) const {
+GraduatedOptions FirstSight::options(const Setting& setting, double noise_variance, bool trial) const {
   GraduatedOptions options = base;
-  options.family = family;
-  if (family.name == kCreaseFamily.name) options.family.ramp = ramp;
-  if (family.name == kCurvedCreaseFamily.name) options.family.ramp = ramp * ramp;
-  options.weight = static_cast<float>(weight);
+  options.family = setting.family;
+  if (isotropic || !regular) options.family.ramp = 1;
+  options.weight = static_cast<float>(setting.weight);
   options.variance = static_cast<float>(noise_variance);
-  if (trial && short_trials) {
+  if (trial) {
     options.stages = kTrialStages;
     options.steps = kTrialSteps;
+  } else if (regular) {
+    options.steps = kStepsOfRegular;
   }
   return options;
 }
@@ -47,8 +46,8 @@ FirstSight look_at(const Surface& surface, std::optional<double> sigma, std::opt
   sight.direction = direction.value_or(direction_of(level, level.sigma));
   sight.regular = level.folded_share < 0.02;
   sight.isotropic = sight.direction == NoiseDirection::kIsotropic;
-  sight.short_trials = sight.sigma <= kHeavyNoise;
-  sight.ramp = sight.isotropic || !sight.regular ? 1 : 2;
+  sight.sigma_tangential = level.sigma_tangential;
+  sight.folded_share = level.folded_share;
   if (sight.direction == NoiseDirection::kUnsure) sight.base.across = 2;
   if (sight.isotropic) sight.base.across = level.sigma_tangential > 0.22 ? 0.3F : 0.5F;
   sight.base.across_start = std::min(sight.regular ? 6.0F : 3.0F, sight.base.across);

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "core/choice/families.h"
 #include "core/choice/report.h"
 #include "core/geometry/surface.h"
 #include "core/graduated/descent.h"
@@ -14,11 +15,12 @@ struct FirstSight {
   double sigma = 0, variance = 0;  ///< of the noise; in ℓ, ℓ²
   bool regular = true;             ///< hardly any face is folded over
   bool isotropic = false;
-  bool short_trials = true;  ///< the noise is weak enough to try candidates on a short schedule
-  float ramp = 1;
-  GraduatedOptions base;  ///< without family, weight and variance
+  double sigma_tangential = 0;  ///< within the surface, of sampling included; in ℓ
+  double folded_share = 0;      ///< of faces that look against the smoothed normals around them
+  GraduatedOptions base;        ///< without family, weight and variance
 
-  GraduatedOptions options(const PotentialFamily& family, double weight, double noise_variance, bool trial) const;
+  /// A trial is solved on a shorter schedule.
+  GraduatedOptions options(const Setting& setting, double noise_variance, bool trial) const;
 };
 
 /// `sigma` and `direction` are estimated where they are not given. A mesh of fewer than 40 vertices is taken for clean.

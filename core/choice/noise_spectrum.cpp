@@ -14,6 +14,7 @@ constexpr std::array<int, 7> kBands = {1, 2, 4, 8, 16, 32, 64};
 constexpr std::size_t kFirstLook = 3;  ///< bands that already rule white noise in
 constexpr std::size_t kLeastVertices = 1500;
 constexpr double kLeastDensity = 1e-9;
+constexpr double kRise = 2.45;  ///< of correlated noise from the second band to the third
 
 /// A standard normal number for each vertex.
 std::vector<double> white_noise(std::size_t vertices, std::uint32_t seed, std::uint32_t number) {
@@ -28,19 +29,22 @@ std::vector<double> white_noise(std::size_t vertices, std::uint32_t seed, std::u
 }
 
 double square(double x) { return x * x; }
-Vec3 square(const Vec3& x) { return x.cwiseProduct(x); }
 
+/// Second differences of values after t, 2t and 3t steps; `first` are those after t.
 template <typename Value>
-std::vector<Value> band_of(const LazyWalk& walk, const std::vector<Value>& values, int t) {
-  std::vector<Value> band = walk.after(values, t);
-  const std::vector<Value> second = walk.after(band, t), third = walk.after(second, t);
-  for (std::size_t v = 0; v < band.size(); ++v) band[v] += third[v] - 2.0 * second[v];
+std::vector<Value> band_above(const LazyWalk& walk, const std::vector<Value>& first, int t) {
+  const std::vector<Value> second = walk.after(first, t);
+  std::vector<Value> band = walk.after(second, t);
+  for (std::size_t v = 0; v < band.size(); ++v) band[v] += first[v] - 2.0 * second[v];
   return band;
 }
 
-template <typename Value>
-std::vector<Value> energy_of(const LazyWalk& walk, std::vector<Value> band, int t) {
-  for (Value& value : band) value = square(value);
+std::vector<double> band_of(const LazyWalk& walk, const std::vector<double>& values, int t) {
+  return band_above(walk, walk.after(values, t), t);
+}
+
+std::vector<double> energy_of(const LazyWalk& walk, std::vector<double> band, int t) {
+  for (double& value : band) value = square(value);
   return walk.after(std::move(band), 2 * t);
 }
 
@@ -59,25 +63,24 @@ struct Density {
 class Spectrometer {
  public:
   explicit Spectrometer(const Surface& surface)
-      : surface_(surface), walk_(surface), probe_(surface.measured.size()), inner_(inner_vertices(surface.topology)) {
-    for (std::uint32_t axis = 0; axis < 3; ++axis) {
-      const std::vector<double> noise = white_noise(probe_.size(), kSeed, axis);
-      for (std::size_t v = 0; v < probe_.size(); ++v) probe_[v][axis] = noise[v];
-    }
-  }
+      : surface_(surface),
+        walk_(surface),
+        probe_(white_noise(surface.measured.size(), kSeed, 0)),
+        inner_(inner_vertices(surface.topology)) {}
 
   Density density(int t) const {
-    const std::vector<Vec3> band = band_of(walk_, surface_.measured, t), normals = normals_after(t);
+    const std::vector<Vec3> smooth = walk_.after(surface_.measured, t), normals = normals_of(smooth);
+    const std::vector<Vec3> band = band_above(walk_, smooth, t);
     std::vector<double> heights(band.size());
     for (std::size_t v = 0; v < band.size(); ++v) heights[v] = band[v].dot(normals[v]);
     const std::vector<double> energy = energy_of(walk_, std::move(heights), t);
-    const std::vector<Vec3> white = energy_of(walk_, band_of(walk_, probe_, t), t);
+    const std::vector<double> white = energy_of(walk_, band_of(walk_, probe_, t), t);
     const std::vector<std::uint8_t> counts = far_from_border(t);
     std::vector<double> ours, theirs;
     for (std::size_t v = 0; v < energy.size(); ++v) {
       if (counts[v] == 0) continue;
       ours.push_back(energy[v]);
-      for (Eigen::Index axis = 0; axis < 3; ++axis) theirs.push_back(white[v][axis]);
+      theirs.push_back(white[v]);
     }
     const auto ratio = [&](double share) { return quantile(ours, share) / (quantile(theirs, share) + 1e-300); };
     return {std::max(kLeastDensity, ratio(0.1)), ratio(0.25), ratio(0.5), ratio(0.75)};
@@ -86,8 +89,7 @@ class Spectrometer {
  private:
   static constexpr std::uint32_t kSeed = 11;
 
-  std::vector<Vec3> normals_after(int t) const {
-    const std::vector<Vec3> smooth = walk_.after(surface_.measured, t);
+  std::vector<Vec3> normals_of(const std::vector<Vec3>& smooth) const {
     std::vector<Vec3> normals(smooth.size(), Vec3::Zero());
     for (const Triangle& face : surface_.faces) {
       const Vec3 area = area_vector(smooth, face);
@@ -109,13 +111,13 @@ class Spectrometer {
       far.swap(next);
     }
     const auto left = static_cast<std::size_t>(std::ranges::count(far, std::uint8_t{1}));
-    if (left < far.size() / 4) std::ranges::fill(far, std::uint8_t{1});
+    if (4 * left <= far.size()) std::ranges::fill(far, std::uint8_t{1});
     return far;
   }
 
   const Surface& surface_;
   LazyWalk walk_;
-  std::vector<Vec3> probe_;
+  std::vector<double> probe_;
   std::vector<std::uint8_t> inner_;
 };
 
@@ -125,11 +127,23 @@ bool reads_as_correlated(const std::vector<Density>& bands) {
   const auto growth = [&](std::size_t k) { return bands[k].low / bands[k - 1].low; };
   if (bands[0].low <= kLeastNoise) return false;
   const bool rises_and_levels_off =
-      growth(2) >= 2.45 && growth(3) < 5.5 && (growth(1) < 1.9 || std::min(growth(3), growth(4)) < 3.0);
+      growth(2) >= kRise && growth(3) < 5.5 && (growth(1) < 1.9 || std::min(growth(3), growth(4)) < 3.0);
   // An excess over white noise that is the same all over is noise and not shape.
   const bool is_stationary = growth(2) >= 1.3 && growth(3) >= 2.55 && growth(3) < 3.6 &&
                              bands[3].high < 1.9 * bands[3].low && bands[4].high < 2.1 * bands[4].low;
   return rises_and_levels_off || is_stationary;
+}
+
+/// Whether the density hardly grows any more at coarse bands, as that of noise does and that of shape does not. Scans
+/// grow 5-fold from the fourth band to the sixth, surfaces with independent noise 18-fold and more; 20-fold is still
+/// noise where it rose early and is as strong all over the surface. Thresholds set on development pairs.
+bool levels_off(const std::vector<Density>& bands) {
+  constexpr double kLeastGrowth = 1, kLargestGrowth = 14, kLargestGrowthAllOver = 25, kAllOver = 1.65;
+  const double growth = bands[5].low / bands[3].low;
+  const bool rises = bands[2].low >= kRise * bands[1].low;
+  double spread = 0;
+  for (std::size_t k = 1; k < 4; ++k) spread = std::max(spread, bands[k].high / bands[k].low);
+  return growth > kLeastGrowth && growth < (rises && spread < kAllOver ? kLargestGrowthAllOver : kLargestGrowth);
 }
 
 /// Non-negative least squares of the relative misfit, one variance after the other.
@@ -208,8 +222,9 @@ std::optional<NoiseSpectrum> find_correlated_noise(const Surface& surface, bool 
     bands.push_back(spectrometer.density(t));
     if (force) continue;
     if (bands.size() == kFirstLook && bands[2].low < kLeastGrowth * bands[1].low) return std::nullopt;
-    constexpr std::size_t kSecondLook = 5;
+    constexpr std::size_t kSecondLook = 5, kThirdLook = 6;
     if (bands.size() == kSecondLook && !reads_as_correlated(bands)) return std::nullopt;
+    if (bands.size() == kThirdLook && !levels_off(bands)) return std::nullopt;
   }
   std::array<double, kBands.size()> density{};
   for (std::size_t k = 0; k < density.size(); ++k) {

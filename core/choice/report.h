@@ -15,19 +15,17 @@ enum class NoiseDirection {
 
 constexpr std::array<std::string_view, 3> words_of(NoiseDirection) { return {"normal", "unsure", "isotropic"}; }
 
-/// A candidate as the report shows it.
+/// A setting that was considered.
 struct CandidateReport {
   std::string family;
   double weight = 0;
-  double risk = 0;              ///< in noise variances, those of the report
-  double cross_validation = 0;  ///< in ℓ²
-  double residual = 0, divergence = 0;
+  double expected_error = 1;  ///< of the normals, relative to the setting that was chosen
 };
 
 /// What was estimated and chosen.
 struct ChoiceReport {
   double noise_sigma_first = 0;  ///< at first sight
-  double noise_sigma = 0;        ///< refined by the candidates; in ℓ
+  double noise_sigma = 0;        ///< after the reference has been solved; in ℓ
   NoiseDirection direction = NoiseDirection::kNormal;
   bool impulsive = false;
   double moved_share = 1;         ///< impulsive: of the vertices
@@ -36,9 +34,9 @@ struct ChoiceReport {
   double correlation_length = 0;  ///< in edges; 0 for noise that is independent from vertex to vertex
   std::string family;
   double weight = 0;
-  double margin = 0;  ///< between the risks of the chosen candidate and the best of another family, in noise variances
+  double margin =
+      0;  ///< by how much the error is expected to be larger with the best setting for another kind of surface
   std::vector<CandidateReport> candidates;
-  std::vector<std::string> blended;  ///< families that share the surface, the chosen one first
 };
 
 }  // namespace crease

@@ -49,7 +49,7 @@ class Scan {
       const GraduatedResult result = solved(weight, positions);
       positions = result.positions;
       const double risk = risk_of(result, weight);
-      report_.candidates.push_back({.family = report_.family, .weight = weight, .risk = risk});
+      report_.candidates.push_back({report_.family, weight, risk});
       worse = risk < lowest ? 0 : worse + 1;
       if (worse > 0) continue;
       lowest = risk;
@@ -59,7 +59,7 @@ class Scan {
     if (options_.strength != 1) {
       best = solved(report_.weight / (options_.strength * options_.strength), best).positions;
     }
-    report_.blended = {report_.family};
+    for (CandidateReport& one : report_.candidates) one.expected_error /= lowest;
     ChoiceResult chosen;
     chosen.ridge_angles = dihedral_angles(mesh_, best);
     chosen.positions = std::move(best);

@@ -85,14 +85,10 @@ class Uncertainty {
     return kBiasShare * std::clamp(risk() - spread, 0.0, 1.0);
   }
 
-  /// Stein's unbiased estimate of the mean squared error in noise variances, as the choice found it, which knows how
-  /// labels respond; or from the linear response.
+  /// Stein's unbiased estimate of the mean squared error in noise variances: from a probe of the descent, which knows
+  /// how labels respond, or else from the linear response.
   double risk() const {
-    for (std::size_t i = report_.candidates.size(); i-- > 0;) {
-      const CandidateReport& one = report_.candidates[i];
-      if (one.family != report_.family || one.weight != report_.weight || !(one.divergence > 0)) continue;
-      return one.residual / variance_ + 2 * one.divergence - 1;
-    }
+    if (descent_.risk) return *descent_.risk;
     const std::vector<float> residuals = products(difference(positions_, mesh_.measured), field_.normals());
     double residual = 0;
     for (std::size_t v = 0; v < residuals.size(); ++v) {

@@ -17,6 +17,7 @@ struct EndedDescent {
   std::vector<float> precisions;          ///< that it was given, per vertex, relative; empty for 1
   std::optional<NoiseSpectrum> spectrum;  ///< of noise that is correlated
   std::uint32_t seed = 1;
+  std::optional<double> risk;  ///< expected squared error along the normals, in noise variances, where it is known
 };
 
 /// Posterior standard deviation of each vertex along its normal, in ℓ; finite, and above 0 unless the noise is 0. Noise

@@ -23,8 +23,8 @@ struct GraduatedOptions {
   float fading_area_start = 0.4F;
   float fold_weight = 3, fold_area = 0.3F;
   bool latent_variance = true;    ///< tell vertices that hardly moved from those that did
-  int stages = 6, steps = 50;     ///< stages, and the most steps in each
-  HingeMetric* metric = nullptr;  ///< the first metric of each stage's search, for this mesh; null: the identity
+  int stages = 6, steps = 35;     ///< stages, and the most steps in each
+  HingeMetric* metric = nullptr;  ///< first metric of the searches, for this mesh; null: the curvature per vertex
 };
 
 /// Where a descent ends, and what it learnt of the noise.
@@ -65,6 +65,7 @@ class GraduatedDescent {
  private:
   void begin_stage(int stage);
   void update_metric();
+  void scale_by_curvature(std::span<float> step);
   void update_normals();
   void update_references();
   void update_scales(float scale);
@@ -76,6 +77,7 @@ class GraduatedDescent {
   ThreadTeam& team_;
   GraduatedEnergy energy_;
   FlatVectors positions_, area_vectors_;
+  std::vector<float> inverse_curvatures_;  ///< per vertex, of the stage
   LatentVariance latent_;
   int first_stage_ = 0;
 };

@@ -246,4 +246,28 @@ double GraduatedEnergy::operator()(std::span<const float> positions, std::span<f
   return parts_.total();
 }
 
+std::vector<float> GraduatedEnergy::inverse_curvatures(std::span<const float> positions, ThreadTeam& team) const {
+  const FlatMesh& mesh = mesh_;
+  const std::size_t faces = mesh.face_count;
+  const Flat p = flat(positions);
+  std::vector<float> result(mesh.vertex_count);
+  team.run(mesh.vertex_count, kBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t v = begin; v < end; ++v) {
+      float sum = 2 * likelihood * precisions[v] * std::max(1.0F, across);
+      for (const Index place : mesh.vertex_corners[v]) {
+        const std::size_t f = place % faces, k = place / faces;
+        const FlatIndex a = mesh.corners[(k + 1) % 3][f], b = mesh.corners[(k + 2) % 3][f];
+        const float x = p.x[a] - p.x[b], y = p.y[a] - p.y[b], z = p.z[a] - p.z[b], r = inverse_lengths_[f];
+        float stiffness = 0;
+        for (const std::vector<FlatIndex>& side : mesh.sides) {
+          stiffness += stiffness_[static_cast<std::size_t>(side[f])];
+        }
+        sum += stiffness * (x * x + y * y + z * z) * r * r;
+      }
+      result[v] = sum > 0 ? 1 / sum : 1;
+    }
+  });
+  return result;
+}
+
 }  // namespace crease

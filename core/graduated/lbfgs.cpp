@@ -104,17 +104,24 @@ class Search {
       alpha[age] = pair.inverse * dot(pair.step, d_);
       add(d_, -alpha[age], pair.change);
     }
-    if (options_.precondition) {
-      options_.precondition(d_);
-    } else if (size_ > 0) {
+    if (options_.precondition) options_.precondition(d_);
+    if (options_.scale_metric && size_ > 0) {
       const Pair& last = recent(0);
-      const auto scale = static_cast<float>(1 / (last.inverse * dot(last.change, last.change)));
+      const auto scale = static_cast<float>(1 / (last.inverse * squared_length(last.change)));
       for (float& number : d_) number *= scale;
     }
     for (std::size_t age = size_; age-- > 0;) {
       const Pair& pair = recent(age);
       add(d_, alpha[age] - pair.inverse * dot(pair.change, d_), pair.step);
     }
+  }
+
+  /// In the first metric.
+  double squared_length(const std::vector<float>& gradient) {
+    if (!options_.precondition) return dot(gradient, gradient);
+    worth_ = gradient;
+    options_.precondition(worth_);
+    return dot(gradient, worth_);
   }
 
   double longest_move() const {
@@ -128,7 +135,7 @@ class Search {
   }
 
   double first_length() const {
-    if (size_ == 0 && !options_.precondition) return static_cast<double>(options_.first_move) / longest_move();
+    if (size_ == 0 && options_.scale_metric) return static_cast<double>(options_.first_move) / longest_move();
     if (options_.longest_move > 0) return std::min(1.0, static_cast<double>(options_.longest_move) / longest_move());
     return 1;
   }
@@ -172,7 +179,7 @@ class Search {
   std::vector<float>& x_;
   const LbfgsOptions& options_;
   ThreadTeam& team_;
-  std::vector<float> g_, d_, trial_, trial_g_;
+  std::vector<float> g_, d_, trial_, trial_g_, worth_;
   std::array<Pair, kHistory> history_;
   std::size_t size_ = 0, next_ = 0;
   double value_ = 0;

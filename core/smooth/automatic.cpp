@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include "core/base/state_archive.h"
 #include "core/base/stopwatch.h"
 #include "core/choice/choice.h"
-#include "core/choice/families.h"
 #include "core/choice/first_sight.h"
 #include "core/choice/scan.h"
 #include "core/choice/uncertainty.h"
@@ -19,7 +17,9 @@ namespace crease {
 namespace {
 
 /// Stages of a usual run, which progress is measured in; runs may take fewer or more.
-constexpr std::uint32_t kUsualStages = 150;
+constexpr std::uint32_t kUsualStages = 16;
+/// That labels of snapshots are for, in ℓ.
+constexpr double kUsualNoise = 0.2;
 
 /// Thrown by a solve when the caller has had enough.
 struct Cancelled {};
@@ -28,12 +28,13 @@ ChoiceOptions choice_options(const MrfOptions& options) {
   ChoiceOptions choice;
   choice.strength = options.strength;
   choice.seed = options.seed;
+  choice.wants_risk = options.uncertainty;
   if (options.noise_sigma > 0) choice.noise_sigma = options.noise_sigma;
   if (options.noise == NoiseOption::kNormal) choice.noise_direction = NoiseDirection::kNormal;
   if (options.noise == NoiseOption::kIsotropic) choice.noise_direction = NoiseDirection::kIsotropic;
   choice.correlated = options.noise == NoiseOption::kCorrelated;
   if (options.surface != SurfaceOption::kEstimated) {
-    choice.family = family_named(words_of(SurfaceOption{}).at(static_cast<std::size_t>(options.surface)));
+    choice.surface = words_of(SurfaceOption{}).at(static_cast<std::size_t>(options.surface));
   }
   return choice;
 }
@@ -96,7 +97,8 @@ class AutomaticRun {
       const ChoiceResult chosen = spectrum ? remove_correlated_noise(surface, mesh, *spectrum, options, solve, report)
                                            : choose_and_solve(surface, mesh, precisions_, options, solve, report);
       result_.positions = upload_positions(chosen.positions);
-      result_.labels = labels(chosen.ridge_angles);
+      result_.labels = labels(chosen.ridge_angles, report.noise_sigma);
+      ended_.risk = chosen.risk;
       if (options_.uncertainty) find_uncertainty(surface, chosen.positions, report, spectrum);
       result_.choice = std::move(report);
     } catch (const Cancelled&) {
@@ -118,37 +120,33 @@ class AutomaticRun {
 
   /// Noise that is correlated over several edges, unless the options say otherwise.
   std::optional<NoiseSpectrum> correlated_noise(const Surface& surface, const ChoiceOptions& options) const {
-    const bool told = options.noise_direction || options.noise_sigma || options.family || !precisions_.empty();
+    const bool told = options.noise_direction || options.noise_sigma || options.surface || !precisions_.empty();
     if (surface.faces.size() > kMostFacesOfScan || (told && !options.correlated)) return std::nullopt;
     return find_correlated_noise(surface, options.correlated);
   }
 
   double seconds() const { return seconds_before_ + stopwatch_.seconds(); }
 
-  /// Keeps what the last solve of the whole mesh with each family was told, of final ones where there are any.
+  /// Keeps what the last of the solves that the result is made of was told.
   void keep_options(const SolveRequest& request) {
-    if (!options_.uncertainty || &request.mesh != mesh_) return;
-    const auto [kept, is_new] = ended_.try_emplace(request.options.family.name);
-    if (!is_new && kept->second.final && !request.final) return;
-    kept->second = {{.options = request.options,
-                     .precisions = {request.precisions.begin(), request.precisions.end()},
-                     .spectrum = {},
-                     .seed = options_.seed},
-                    request.final};
+    if (!options_.uncertainty || !request.final) return;
+    ended_ = {.options = request.options,
+              .precisions = {request.precisions.begin(), request.precisions.end()},
+              .spectrum = {},
+              .seed = options_.seed,
+              .risk = {}};
   }
 
   void find_uncertainty(const Surface& surface, const FlatVectors& positions, const ChoiceReport& report,
                         const std::optional<NoiseSpectrum>& spectrum) {
-    const auto kept = ended_.find(report.family);
-    EndedDescent descent = (kept == ended_.end() ? ended_.begin() : kept)->second.descent;
-    descent.options.weight = static_cast<float>(report.weight / (options_.strength * options_.strength));
-    descent.spectrum = spectrum;
+    ended_.options.weight = static_cast<float>(report.weight / (options_.strength * options_.strength));
+    ended_.spectrum = spectrum;
     latest_ = positions;
     const auto on_step = [&] {
       if (!goes_on()) throw Cancelled();
     };
     const std::vector<double> deviations =
-        posterior_deviations(surface, *mesh_, positions, descent, report, team_, on_step);
+        posterior_deviations(surface, *mesh_, positions, ended_, report, team_, on_step);
     for (const Index v : renumbering_.new_vertex) result_.sigma.push_back(surface.unit * deviations[v]);
   }
 
@@ -157,7 +155,7 @@ class AutomaticRun {
     if (context_.on_sweep && !result_.sweeps.empty()) {
       const SweepRecord& record = result_.sweeps.back();
       const auto positions = [&] { return upload_positions(latest_); };
-      const auto now_labelled = [&] { return labels(present_angles(latest_)); };
+      const auto now_labelled = [&] { return labels(present_angles(latest_), kUsualNoise); };
       const auto checkpoint = [&] { return state_head(solves_, 0) + done_; };
       const std::uint32_t total = std::max(kUsualStages, record.sweep + 1);
       if (!context_.on_sweep({record, total, seconds(), now_labelled, positions, checkpoint})) return false;
@@ -202,7 +200,9 @@ class AutomaticRun {
     result_.site_proposals += request.mesh.vertex_count;
     if (context_.on_sweep) {
       const auto positions = [&] { return upload_positions(latest_); };
-      const auto now_labelled = [&] { return labels(whole ? present_angles(view.positions) : std::vector<float>()); };
+      const auto now_labelled = [&] {
+        return labels(whole ? present_angles(view.positions) : std::vector<float>(), kUsualNoise);
+      };
       const auto checkpoint = [&] { return state(request, view); };
       const std::uint32_t total = std::max(kUsualStages, record.sweep + 1);
       result_.cancelled = !context_.on_sweep({record, total, seconds(), now_labelled, positions, checkpoint});
@@ -306,11 +306,16 @@ class AutomaticRun {
   }
 
   /// The probability that an edge is a ridge, by its dihedral angle in a result.
-  std::vector<double> labels(const std::vector<float>& angles) const {
-    constexpr double kMiddle = 25 * kDegree, kSlope = 3 * kDegree;
+  /// The probability that an edge is a ridge, over 25° in the original: a logistic function of the angle that is steep
+  /// where there is little noise. Its constants were fitted to the training pairs of tests/quality.
+  std::vector<double> labels(const std::vector<float>& angles, double noise_sigma) const {
+    constexpr double kRidge = 25 * kDegree, kBias = 6 * kDegree, kLittleNoise = 0.08;
+    constexpr double kSlope = 0.5 * kDegree, kSlopeOfLittle = 5.5 * kDegree, kSlopeOfMore = 15 * kDegree;
+    const double little = std::min(1.0, noise_sigma / kLittleNoise), more = std::max(0.0, noise_sigma - kLittleNoise);
+    const double middle = kRidge + kBias * little, slope = kSlope + kSlopeOfLittle * little + kSlopeOfMore * more;
     std::vector<double> of_renumbered(renumbered_.edges.size(), 0);
     for (std::size_t e = 0; e < angles.size(); ++e) {
-      of_renumbered[mesh_->topology_edges[e]] = 1 / (1 + std::exp((kMiddle - static_cast<double>(angles[e])) / kSlope));
+      of_renumbered[mesh_->topology_edges[e]] = 1 / (1 + std::exp((middle - static_cast<double>(angles[e])) / slope));
     }
     std::vector<double> result(topology_.edges.size());
     for (std::size_t e = 0; e < result.size(); ++e) result[e] = of_renumbered[edges_[e]];
@@ -332,11 +337,7 @@ class AutomaticRun {
   const FlatMesh* mesh_ = nullptr;
   SmoothResult result_;
   FlatVectors latest_;  ///< positions of the whole mesh
-  struct KeptDescent {
-    EndedDescent descent;
-    bool final = false;
-  };
-  std::map<std::string_view, KeptDescent> ended_;  ///< by family
+  EndedDescent ended_;  ///< with uncertainty
 
   std::string done_;          ///< solves, as checkpoints have them
   std::uint32_t solves_ = 0;  ///< in `done_`

@@ -49,12 +49,14 @@ TEST(Scores, ATurnedFaceIsCounted) {
   EXPECT_EQ(score(pair, topology, same).flipped_faces, grid.triangles.size());
 }
 
-TEST(PairSets, DevelopmentAndHeldOutShareNothing) {
+TEST(PairSets, HeldOutPairsShareNothingWithOthers) {
   std::set<std::string> families;
   std::set<std::uint64_t> seeds;
-  for (const PairRecipe& recipe : recipes_of(PairSet::kDevelopment)) {
-    families.insert(recipe.family);
-    seeds.insert(recipe.seed);
+  for (const PairSet set : {PairSet::kDevelopment, PairSet::kTraining}) {
+    for (const PairRecipe& recipe : recipes_of(set)) {
+      families.insert(recipe.family);
+      seeds.insert(recipe.seed);
+    }
   }
   for (const PairRecipe& recipe : recipes_of(PairSet::kHeldOut)) {
     EXPECT_FALSE(families.contains(recipe.family)) << recipe.name();
@@ -63,7 +65,7 @@ TEST(PairSets, DevelopmentAndHeldOutShareNothing) {
 }
 
 TEST(PairSets, EveryNameIsOfOnePair) {
-  for (const PairSet set : {PairSet::kDevelopment, PairSet::kHeldOut, PairSet::kShort}) {
+  for (const PairSet set : {PairSet::kDevelopment, PairSet::kHeldOut, PairSet::kShort, PairSet::kTraining}) {
     std::set<std::string> names;
     for (const PairRecipe& recipe : recipes_of(set)) EXPECT_TRUE(names.insert(recipe.name()).second) << recipe.name();
   }

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kDevelopmentSeed = 1, kHeldOutSeed = 2;
+constexpr std::uint64_t kDevelopmentSeed = 1, kHeldOutSeed = 2, kTrainingSeed = 3;
 
 /// A model that is made here.
 struct MadeModel {
@@ -139,6 +139,89 @@ std::vector<PairRecipe> held_out_recipes() {
                    kHeldOutSeed);
 }
 
+/// Six kinds and levels of noise on every model, another six on the next one.
+std::vector<PairRecipe> training_recipes() {
+  constexpr std::size_t kPairsOfModel = 6;
+  const std::vector<std::pair<std::string, std::vector<std::string>>> families{
+      {"anchor", {"anchor", "anchor_dense"}},
+      {"bear", {"bear", "bear_bis"}},
+      {"blob", {"blob", "blobby", "blobby_3cc"}},
+      {"bracket", {"bracket", "bracket_irregular"}},
+      {"bunny", {"bunny00"}},
+      {"cross", {"cross"}},
+      {"cut_box", {"cut_box", "cut_box_irregular", "cut_box_graded", "cut_box_slivers", "cut_box_open"}},
+      {"elephant", {"elephant", "refined_elephant", "elephant-with-holes"}},
+      {"facets_16", {"facets_16", "wide_facets_16"}},
+      {"fandisk", {"fandisk", "fandisk_large"}},
+      {"horizons", {"horizons", "horizons-domain"}},
+      {"knot", {"knot", "knot1", "knot2"}},
+      {"mannequin", {"mannequin-devil", "mpi"}},
+      {"patch", {"patch-01", "patch-13", "patch-20", "patch-21", "patch-23", "patch-30"}},
+      {"pinion", {"pinion", "pinion_small"}},
+      {"rotor", {"rotor", "rotor_small"}},
+      {"shaft", {"shaft", "shaft_graded", "shaft_slivers"}},
+      {"sphere", {"sphere", "sphere966", "geosphere", "larger_sphere", "ellipsoid"}},
+      {"torus", {"3torus", "torus_quad", "double-torus-example"}}};
+  const std::vector<std::string> others{"ALSTOM_TEST4",
+                                        "P",
+                                        "b9_mesh",
+                                        "beam",
+                                        "blade",
+                                        "boeing",
+                                        "bones",
+                                        "bull",
+                                        "cactus",
+                                        "cone",
+                                        "cow",
+                                        "cube-meshed",
+                                        "cylinder",
+                                        "cylinder_locally_refined",
+                                        "dino",
+                                        "dragknob",
+                                        "eight",
+                                        "elbow",
+                                        "elk",
+                                        "ellipe0.003",
+                                        "hand",
+                                        "head",
+                                        "helmet",
+                                        "holes",
+                                        "in",
+                                        "itemb",
+                                        "joint",
+                                        "lion",
+                                        "lion-head",
+                                        "man",
+                                        "mask_cone",
+                                        "mesh_with_border",
+                                        "mushroom",
+                                        "nefertiti",
+                                        "oblong",
+                                        "part",
+                                        "pig",
+                                        "pipe",
+                                        "prim",
+                                        "star",
+                                        "three_peaks",
+                                        "tripod",
+                                        "u"};
+  const std::vector<std::pair<Noise, double>> noises{
+      {kNormal, 0.05},   {kNormal, 0.1},    {kNormal, 0.15},   {kNormal, 0.2},    {kNormal, 0.25},   {kNormal, 0.3},
+      {kNormal, 0.4},    {kNormal, 0.6},    {kIsotropic, 0.1}, {kIsotropic, 0.2}, {kIsotropic, 0.3}, {kIsotropic, 0.5},
+      {kImpulsive, 0.3}, {kImpulsive, 0.5}, {kGrowing, 0.15},  {kGrowing, 0.3},   {kNormal, 0.35}};
+  std::vector<Row> rows;
+  const auto add = [&](const std::string& model, const std::string& family) {
+    Row& row = rows.emplace_back(Row{model, family, {}});
+    for (std::size_t k = 0; k < kPairsOfModel; ++k)
+      row.noises.push_back(noises[(rows.size() * 7 + 3 * k) % noises.size()]);
+  };
+  for (const auto& [family, models] : families) {
+    for (const std::string& model : models) add(model, family);
+  }
+  for (const std::string& model : others) add(model, model);
+  return spell_out(rows, kTrainingSeed);
+}
+
 std::vector<PairRecipe> short_recipes() {
   return spell_out({{"cut_box", "cut_box", {{kNormal, 0}, {kNormal, 0.3}}},
                     {"bracket_irregular", "bracket", {{kIsotropic, 0.3}}},
@@ -173,6 +256,8 @@ std::vector<PairRecipe> recipes_of(PairSet set) {
       return held_out_recipes();
     case PairSet::kShort:
       return short_recipes();
+    case PairSet::kTraining:
+      return training_recipes();
   }
   throw std::invalid_argument("no such set of pairs");
 }

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "core/choice/families.h"
 #include "core/choice/noise_spectrum.h"
 #include "core/graduated/descent.h"
 #include "core/graduated/fast_math.h"
@@ -130,6 +129,15 @@ TEST(NoiseSpectrum, TellsCorrelatedNoiseFromWhiteNoiseAndFromShape) {
   ASSERT_TRUE(spectrum);
   EXPECT_GT(spectrum->length(), 1);
   EXPECT_GT(spectrum->sigma(), 0.1);
+}
+
+TEST(NoiseSpectrum, IsFoundOnEveryMeshWhenItIsAskedFor) {
+  for (const auto& member : test::mesh_family()) {
+    const Topology topology = build_topology(member.mesh);
+    const auto spectrum = find_correlated_noise(Surface(member.mesh, topology), true);
+    ASSERT_TRUE(spectrum) << member.name;
+    EXPECT_TRUE(std::isfinite(spectrum->sigma())) << member.name;
+  }
 }
 
 TEST(Automatic, RemovesCorrelatedNoiseFarBetterThanAsIfItWereWhite) {

@@ -57,7 +57,6 @@ const kSurfaces: Record<string, string> = {
   creases: 'flat faces that meet in sharp ridges',
   curved_creases: 'curved faces that meet in sharp ridges',
   flats: 'flat faces that meet at any angle',
-  soft_creases: 'faces that meet in soft creases',
   organic: 'a surface that is curved all over',
 };
 
@@ -79,7 +78,7 @@ export function choiceWords(job: Job): string[] {
   const kind = kSurfaces[choice.surface];
   if (kind) words.push(`The mesh was taken for ${kind}.`);
   const tried = choice.candidates.length;
-  if (tried > 1) words.push(`Of ${count(tried, 'setting')} tried, the one with the smallest expected error was kept.`);
+  if (tried > 1) words.push(`Of ${count(tried, 'setting')}, the one with the smallest expected error was taken.`);
   return words;
 }
 
@@ -90,7 +89,7 @@ export function stateWord(job: Job): string {
 const kStages: Record<string, string> = {
   queued: 'Waiting for its turn',
   checking: 'Checking the mesh',
-  choice: 'Estimating the noise and trying settings',
+  choice: 'Estimating the noise',
   smoothing: 'Smoothing',
   encoding: 'Writing the result',
   done: 'Done',

@@ -1,0 +1,138 @@
+#include "core/choice/features.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace crease {
+namespace {
+
+double log_of(double x) {
+  constexpr double kLeast = 1e-3;
+  return std::log(std::max(kLeast, x));
+}
+
+/// 0 for none.
+double quantile(std::vector<float> values, double share) {
+  if (values.empty()) return 0;
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return static_cast<double>(*place);
+}
+
+class Description {
+ public:
+  Description(const FlatMesh& mesh, const Evidence& evidence)
+      : mesh_(mesh), evidence_(evidence), residuals_(evidence.reference.residuals) {
+    for (const float angle : dihedral_angles(mesh, evidence.reference.result.positions)) {
+      const float chord = 2 * std::sin(angle / 2);
+      bends_.push_back(chord * chord);
+    }
+  }
+
+  Features features() {
+    const double sigma = std::sqrt(evidence_.variance);
+    add(std::log(sigma));
+    add(log_of(evidence_.sight.sigma / sigma));
+    add(evidence_.impulsive ? 1 : 0);
+    describe_bends();
+    describe_surroundings();
+    describe_patches();
+    describe_residuals();
+    return features_;
+  }
+
+ private:
+  std::size_t end_of(std::size_t e, std::size_t side) const {
+    return static_cast<std::size_t>(mesh_.edge_ends[side][e]);
+  }
+
+  /// ‖n_i − n_j‖² over the edges.
+  void describe_bends() {
+    constexpr float kFromStair = 0.02F, kToStair = 0.12F;
+    double sum = 0, stairs = 0;
+    for (const float bend : bends_) {
+      sum += static_cast<double>(bend);
+      stairs += bend > kFromStair && bend < kToStair ? 1 : 0;
+    }
+    const double count = std::max(1.0, static_cast<double>(bends_.size()));
+    add(log_of(sum / count));
+    add(log_of(stairs / count));
+    for (const double share : {0.5, 0.75}) add(log_of(std::sqrt(quantile(bends_, share))));
+  }
+
+  /// How much the surroundings of each vertex bend, ridges left out, and whether the residuals are larger where they
+  /// do: those of noise are not.
+  void describe_surroundings() {
+    constexpr float kRidgeBend = 0.1F, kLeast = 1e-5F;
+    std::vector<float> around(mesh_.vertex_count);
+    for (std::size_t v = 0; v < around.size(); ++v) {
+      float sum = 0;
+      for (const Index e : mesh_.vertex_stencils[v]) sum += bends_[e] / (1 + bends_[e] / kRidgeBend);
+      around[v] = sum / static_cast<float>(std::max<std::size_t>(1, mesh_.vertex_stencils[v].size()));
+    }
+    mesh_.diffuse(around, 2);
+    for (const double share : {0.5, 0.9}) add(log_of(quantile(around, share)));
+    double evenness = 0;
+    for (std::size_t e = 0; e < bends_.size(); ++e) {
+      const float mean = (around[end_of(e, 0)] + around[end_of(e, 1)]) / 2;
+      evenness += static_cast<double>(std::log((bends_[e] + kLeast) / (mean + kLeast)));
+    }
+    add(evenness / std::max(1.0, static_cast<double>(bends_.size())));
+    const auto low = static_cast<float>(quantile(around, 1.0 / 3)),
+               high = static_cast<float>(quantile(around, 2.0 / 3));
+    std::array<double, 3> squares{}, counts{1, 1, 1};
+    for (std::size_t v = 0; v < around.size(); ++v) {
+      const std::size_t third = around[v] <= low ? 0 : around[v] < high ? 1 : 2;
+      squares[third] += static_cast<double>(residuals_[v] * residuals_[v]);
+      ++counts[third];
+    }
+    for (const std::size_t third : {1, 2}) add(log_of(squares[third] / counts[third] / evidence_.variance));
+  }
+
+  /// How far normals turn within two rings, where they turn most.
+  void describe_patches() {
+    const FlatVectors& normals = evidence_.reference.result.vertex_normals;
+    const std::size_t count = mesh_.vertex_count;
+    std::vector<float> turn(count, 1);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto begin = normals.begin() + static_cast<std::ptrdiff_t>(axis * count);
+      std::vector<float> mean(begin, begin + static_cast<std::ptrdiff_t>(count));
+      mesh_.diffuse(mean, 2);
+      for (std::size_t v = 0; v < count; ++v) turn[v] -= mean[v] * mean[v];
+    }
+    add(log_of(quantile(std::move(turn), 0.9)));
+  }
+
+  /// Noise is as strong between neighbours as over wide patches; shape is not.
+  void describe_residuals() {
+    double twists = 0, wide = 0;
+    for (std::size_t e = 0; e < mesh_.edge_count; ++e) {
+      const float twist = residuals_[end_of(e, 0)] + residuals_[end_of(e, 1)] -
+                          residuals_[static_cast<std::size_t>(mesh_.edge_opposites[0][e])] -
+                          residuals_[static_cast<std::size_t>(mesh_.edge_opposites[1][e])];
+      twists += static_cast<double>(twist * twist);
+    }
+    constexpr int kWide = 8;
+    std::vector<float> means(residuals_);
+    mesh_.diffuse(means, kWide);
+    for (const float mean : means) wide += static_cast<double>(mean * mean);
+    add(log_of(twists / std::max(1.0, static_cast<double>(mesh_.edge_count)) / evidence_.variance));
+    add(log_of(wide / static_cast<double>(mesh_.vertex_count) / evidence_.variance));
+  }
+
+  void add(double feature) { features_.at(known_++) = feature; }
+
+  const FlatMesh& mesh_;
+  const Evidence& evidence_;
+  const std::vector<float>& residuals_;
+  std::vector<float> bends_;
+  Features features_{};
+  std::size_t known_ = 0;
+};
+
+}  // namespace
+
+Features features_of(const FlatMesh& mesh, const Evidence& evidence) { return Description(mesh, evidence).features(); }
+
+}  // namespace crease

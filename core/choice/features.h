@@ -1,0 +1,16 @@
+#pragma once
+
+#include <array>
+
+#include "core/choice/evidence.h"
+
+namespace crease {
+
+/// Numbers that tell surfaces apart: what is known of the noise, how the normals of the reference bend over edges and
+/// over patches, and what its residuals look like.
+inline constexpr std::size_t kFeatures = 15;
+using Features = std::array<double, kFeatures>;
+
+Features features_of(const FlatMesh& mesh, const Evidence& evidence);
+
+}  // namespace crease

@@ -1,0 +1,93 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/choice/evidence.h"
+#include "core/choice/expected_error.h"
+#include "core/choice/features.h"
+#include "core/choice/noise_spectrum.h"
+#include "tests/quality/pairs.h"
+
+namespace crease::quality {
+namespace {
+
+GraduatedResult solved(const SolveRequest& request) {
+  ThreadTeam team(1);
+  return GraduatedDescent(request.mesh, request.measured, request.options, request.precisions, request.latent, team)
+      .run();
+}
+
+/// A pair that is made here, with what the automatic setting works on.
+struct Work {
+  Pair pair;
+  Topology topology;
+  Surface surface;
+  FlatMesh mesh;
+
+  explicit Work(const PairRecipe& recipe)
+      : pair(*build_pair(recipe, {})),
+        topology(build_topology(pair.noisy)),
+        surface(pair.noisy, topology),
+        mesh(surface) {}
+
+  Evidence evidence() const {
+    return gather_evidence(mesh, look_at(surface, std::nullopt, std::nullopt), {}, {}, solved, false);
+  }
+};
+
+PairRecipe recipe(const std::string& model, Noise noise, double level) { return {model, model, noise, level, 5}; }
+
+TEST(ExpectedError, IsFiniteForWhateverFeatures) {
+  for (const double feature : {-1e9, 0.0, 1e9}) {
+    Features features{};
+    features.fill(feature);
+    for (const double error : expected_log_errors(features)) EXPECT_TRUE(std::isfinite(error));
+  }
+}
+
+/// A fit to features or settings of another number or order would pick at random.
+TEST(ExpectedError, TellsFlatPartsFromRoundOnes) {
+  const auto best_for = [](const PairRecipe& of) {
+    const Work work(of);
+    const auto errors = expected_log_errors(features_of(work.mesh, work.evidence()));
+    return kSettings.at(static_cast<std::size_t>(std::ranges::min_element(errors) - errors.begin())).family.name;
+  };
+  EXPECT_EQ(best_for(recipe("stepped_block", Noise::kNormal, 0.2)), "creases");
+  EXPECT_EQ(best_for(recipe("bullet", Noise::kNormal, 0.2)), "curved_creases");
+}
+
+TEST(Evidence, KnowsTheLevelOfTheNoise) {
+  for (const double level : {0.02, 0.05, 0.1, 0.2, 0.3}) {
+    for (const std::string model : {"channel", "stepped_block", "spindle"}) {
+      const Evidence evidence = Work(recipe(model, Noise::kNormal, level)).evidence();
+      EXPECT_NEAR(std::sqrt(evidence.variance), level, 0.15 * level) << model;
+      EXPECT_FALSE(evidence.varying) << model << " " << level;
+      EXPECT_FALSE(evidence.impulsive) << model << " " << level;
+    }
+  }
+}
+
+TEST(Evidence, FindsThatNoiseGrows) {
+  const Evidence evidence = Work(recipe("channel", Noise::kGrowing, 0.3)).evidence();
+  ASSERT_TRUE(evidence.varying);
+  const auto [low, high] = std::ranges::minmax(evidence.precisions);
+  EXPECT_GT(high / low, 8);  // the variance grows 64-fold
+}
+
+TEST(Evidence, FindsThatNoiseIsImpulsive) {
+  EXPECT_TRUE(Work(recipe("stepped_block", Noise::kImpulsive, 0.4)).evidence().impulsive);
+}
+
+/// Coarse parts under strong noise of other kinds once read as scans.
+TEST(NoiseSpectrum, IndependentNoiseIsNotTakenForCorrelated) {
+  for (const std::string model : {"cut_box", "cut_box_irregular", "cut_box_graded", "shaft", "bracket_irregular"}) {
+    for (const auto& [noise, level] : {std::pair(Noise::kGrowing, 0.3), std::pair(Noise::kImpulsive, 0.5),
+                                       std::pair(Noise::kIsotropic, 0.5), std::pair(Noise::kNormal, 0.3)}) {
+      EXPECT_FALSE(find_correlated_noise(Work(recipe(model, noise, level)).surface)) << model << word_of(noise);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace crease::quality
