@@ -87,7 +87,7 @@ class Description {
       squares[third] += static_cast<double>(residuals_[v] * residuals_[v]);
       ++counts[third];
     }
-    for (const std::size_t third : {1, 2}) add(log_of(squares[third] / counts[third] / evidence_.variance));
+    for (const std::size_t third : {1U, 2U}) add(log_of(squares[third] / counts[third] / evidence_.variance));
   }
 
   /// How far normals turn within two rings, where they turn most.
