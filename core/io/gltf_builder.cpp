@@ -35,6 +35,19 @@ tinygltf::Value to_value(const nlohmann::ordered_json& json) {
   return json.is_number() ? tinygltf::Value(json.get<double>()) : tinygltf::Value();
 }
 
+/// The middle of a mesh where it lies so far away that single precision would round off much of it, or else 0.
+Vec3 origin_of(const Mesh& mesh) {
+  constexpr double kFar = 32;  // times its size
+  if (mesh.positions.empty()) return Vec3::Zero();
+  Vec3 low = mesh.positions.front(), high = low;
+  for (const Vec3& position : mesh.positions) {
+    low = low.cwiseMin(position);
+    high = high.cwiseMax(position);
+  }
+  const double farthest = low.cwiseAbs().cwiseMax(high.cwiseAbs()).maxCoeff();
+  return farthest > kFar * (high - low).norm() ? Vec3(low / 2 + high / 2) : Vec3::Zero();
+}
+
 }  // namespace
 
 template <typename Item>
@@ -78,13 +91,34 @@ int GltfBuilder::add_indices(const std::vector<Index>& values) {
 }
 
 int GltfBuilder::add_positions(const Mesh& mesh, const std::vector<Index>& source) {
+  origin_ = origin_of(mesh);
   std::vector<float> values;
   values.reserve(3 * source.size());
   for (const Index vertex : source) {
-    const std::array<float, 3> position = to_single(mesh.positions[vertex], vertex);
+    const std::array<float, 3> position = to_single(mesh.positions[vertex] - origin_, vertex);
     values.insert(values.end(), position.begin(), position.end());
   }
   return add_floats(TINYGLTF_TYPE_VEC3, 3, values, true);
+}
+
+int GltfBuilder::add_surface_material() {
+  tinygltf::Material& material = model_.materials.emplace_back();
+  material.name = "surface";
+  material.pbrMetallicRoughness.baseColorFactor = {0.6, 0.62, 0.65, 1};
+  material.pbrMetallicRoughness.metallicFactor = 0;
+  material.pbrMetallicRoughness.roughnessFactor = 0.9;
+  material.doubleSided = true;
+  return static_cast<int>(model_.materials.size()) - 1;
+}
+
+int GltfBuilder::add_ridge_material() {
+  constexpr const char* kUnlit = "KHR_materials_unlit";
+  tinygltf::Material& material = model_.materials.emplace_back();
+  material.name = "ridges";
+  material.pbrMetallicRoughness.baseColorFactor = {0.8, 0.05, 0.05, 1};
+  material.extensions[kUnlit] = tinygltf::Value(tinygltf::Value::Object());
+  model_.extensionsUsed = {kUnlit};
+  return static_cast<int>(model_.materials.size()) - 1;
 }
 
 std::string GltfBuilder::write(tinygltf::Mesh mesh, const nlohmann::ordered_json& extras, bool binary) {
@@ -96,8 +130,11 @@ std::string GltfBuilder::write(tinygltf::Mesh mesh, const nlohmann::ordered_json
     model_.buffers.clear();
     model_.nodes.back().name = "empty";  // tinygltf writes a node without members as null
   } else {
+    mesh.name = "result";
     model_.meshes.push_back(std::move(mesh));
     model_.nodes.back().mesh = 0;
+    model_.nodes.back().name = "result";
+    if (origin_ != Vec3::Zero()) model_.nodes.back().translation.assign(origin_.begin(), origin_.end());
   }
   model_.scenes.emplace_back();
   model_.scenes.back().nodes.push_back(0);

@@ -22,10 +22,16 @@ class GltfBuilder {
   int add_floats(int type, int components, const std::vector<float>& values, bool extent = false);
   int add_indices(const std::vector<Index>& values);
 
-  /// Adds the positions of the vertices `source` in single precision. \throw Error mesh_unsupported
+  /// Adds the positions of the vertices `source` in single precision. Those of a mesh that is far away for its size are
+  /// relative to its middle, which becomes the translation of the node, so that they keep their digits.
+  /// \throw Error mesh_unsupported
   int add_positions(const Mesh& mesh, const std::vector<Index>& source);
   /// Adds one number per vertex.
   int add_scalars(const std::vector<float>& values) { return add_floats(TINYGLTF_TYPE_SCALAR, 1, values); }
+
+  /// The looks of a surface, matte and grey, and of ridge lines, red under any light.
+  int add_surface_material();
+  int add_ridge_material();
 
   /// Writes the file: GLB if `binary`, otherwise glTF. `extras` go into asset.extras. A mesh without primitives is left
   /// out. \throw Error mesh_too_large
@@ -38,6 +44,7 @@ class GltfBuilder {
   int add(tinygltf::Accessor accessor, const std::vector<Item>& values, int target);
 
   tinygltf::Model model_;
+  Vec3 origin_ = Vec3::Zero();  ///< of the node
 };
 
 /// Checks that float attributes can hold every vertex index: glTF allows no 32-bit integers there, and a float is exact

@@ -87,6 +87,7 @@ tinygltf::Mesh add_mesh(GltfBuilder& builder, const LabelledMesh& result) {
   if (!result.sigma.empty()) faces.attributes["_SIGMA"] = builder.add_scalars(vertex_sigmas(result, split.source));
   if (!result.segments.empty()) faces.attributes["_SEGMENT"] = builder.add_scalars(vertex_segments(result, split));
   faces.indices = builder.add_indices(flattened(split.triangles));
+  faces.material = builder.add_surface_material();
 
   tinygltf::Mesh mesh;
   mesh.primitives.push_back(faces);
@@ -96,6 +97,7 @@ tinygltf::Mesh add_mesh(GltfBuilder& builder, const LabelledMesh& result) {
     lines.attributes["POSITION"] = faces.attributes["POSITION"];
     lines.attributes["_LABEL"] = faces.attributes["_LABEL"];
     lines.indices = builder.add_indices(indices);
+    lines.material = builder.add_ridge_material();
     mesh.primitives.push_back(lines);
   }
   return mesh;

@@ -31,6 +31,7 @@ std::string write_ridges_glb(const LabelledMesh& result, const nlohmann::ordered
     primitive.attributes["_SOURCE"] = builder.add_scalars(source_numbers);
     primitive.attributes["_LINE"] = builder.add_scalars(line_numbers);
     primitive.indices = builder.add_indices(indices);
+    primitive.material = builder.add_ridge_material();
     drawing.primitives.push_back(std::move(primitive));
   }
   return builder.write(std::move(drawing), extras, true);

@@ -230,5 +230,35 @@ TEST(EncodeGltf, OurReaderReadsItBack) {
   }
 }
 
+/// UTM coordinates once came back rounded to half a metre.
+TEST(EncodeGltf, AMeshThatIsFarAwayKeepsItsShape) {
+  const Mesh near = test::icosphere(2);
+  Mesh far = near;
+  const Vec3 place(448'000.25, 5'412'000.5, 312.75);
+  for (Vec3& position : far.positions) position += place;
+  for (const MeshFormat format : {MeshFormat::kGlb, MeshFormat::kGltf}) {
+    const std::string bytes = encode_mesh(labelled(far), format);
+    const Mesh back = decode_mesh(bytes, format).mesh;
+    ASSERT_EQ(back.positions.size(), near.positions.size());
+    for (std::size_t v = 0; v < near.positions.size(); ++v) {
+      EXPECT_LT((back.positions[v] - far.positions[v]).norm(), 1e-6) << v;
+    }
+  }
+  EXPECT_TRUE(Gltf(encode_mesh(labelled(near), MeshFormat::kGlb)).model().nodes.at(0).translation.empty());
+}
+
+TEST(EncodeGltf, TheSurfaceIsMatteAndRidgesAreUnlit) {
+  const Gltf file(encode_mesh(labelled(test::cad_part(2).mesh), MeshFormat::kGlb));
+  const auto& materials = file.model().materials;
+  const auto material_of = [&](std::size_t primitive) {
+    return materials.at(static_cast<std::size_t>(file.primitives().at(primitive).material));
+  };
+  EXPECT_EQ(material_of(0).pbrMetallicRoughness.metallicFactor, 0);
+  EXPECT_TRUE(material_of(1).extensions.contains("KHR_materials_unlit"));
+  EXPECT_EQ(file.model().extensionsUsed, std::vector<std::string>{"KHR_materials_unlit"});
+  EXPECT_FALSE(file.model().nodes.at(0).name.empty());
+  EXPECT_FALSE(file.model().meshes.at(0).name.empty());
+}
+
 }  // namespace
 }  // namespace crease
