@@ -37,6 +37,12 @@ class Gltf {
   const tinygltf::Model& model() const { return model_; }
   const std::vector<tinygltf::Primitive>& primitives() const { return model_.meshes.at(0).primitives; }
 
+  /// That positions are relative to.
+  Vec3 origin() const {
+    const std::vector<double>& translation = model_.nodes.at(0).translation;
+    return translation.empty() ? Vec3::Zero() : Vec3(translation[0], translation[1], translation[2]);
+  }
+
   template <typename Item>
   std::vector<Item> items(int accessor_index) const {
     const auto& accessor = model_.accessors.at(static_cast<std::size_t>(accessor_index));
@@ -78,7 +84,7 @@ TEST(EncodeGltf, CopiesNameTheirSource) {
         if (v < mesh.positions.size()) {
           EXPECT_EQ(source, v);
         }
-        EXPECT_EQ(positions[v], in_single(mesh.positions.at(source)));
+        EXPECT_EQ(positions[v], in_single(mesh.positions.at(source) - file.origin()));
       }
       std::vector<Triangle> folded;
       const auto indices = file.items<Index>(file.primitives()[0].indices);
