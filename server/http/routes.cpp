@@ -248,7 +248,7 @@ bool match_path(std::string_view pattern, std::string_view path, std::string& id
 std::string format_at_end(const Route& route, std::string_view path) {
   const std::size_t dot = path.rfind('.');
   if (dot == std::string_view::npos) return {};
-  const std::string format(path.substr(dot + 1));
+  std::string format(path.substr(dot + 1));
   const auto field = std::ranges::find(route.query, "format", &QueryField::name);
   if (field == route.query.end() || std::ranges::find(field->values, format) == field->values.end()) return {};
   return format;
