@@ -48,12 +48,8 @@ class Gathering {
  private:
   /// Without a probe: the response to strong noise is known well enough.
   void solve_reference() {
-    Candidate& reference = evidence_.reference;
-    reference.variance = evidence_.variance;
-    reference.divergence = kUsualDivergence;
-    const GraduatedOptions options = evidence_.sight.options(kReference, evidence_.variance, true);
-    reference.result = solve_({mesh_, mesh_.measured, options, evidence_.precisions, {}});
-    score_residuals(reference, mesh_, evidence_.precisions, leave_out_border_);
+    evidence_.reference = solve_setting(kReference, mesh_, evidence_, solve_, leave_out_border_);
+    evidence_.reference.divergence = kUsualDivergence;
   }
 
   void probe_reference() {
@@ -221,19 +217,23 @@ void probe(Candidate& candidate, const ProbedSolve& solved, const Solve& solve) 
   score_response(candidate, {solved.mesh, response.positions, signs, solved.precisions, step, solved.leave_out_border});
 }
 
-Candidate try_setting(const Setting& setting, const FlatMesh& mesh, const Evidence& evidence,
-                      const ChoiceOptions& options, const Solve& solve, bool leave_out_border) {
-  const ProbedSolve solved{mesh,
-                           evidence.sight.options(setting, evidence.variance, true),
-                           evidence.precisions,
-                           evidence.variance,
-                           options.seed,
-                           leave_out_border};
+Candidate solve_setting(const Setting& setting, const FlatMesh& mesh, const Evidence& evidence, const Solve& solve,
+                        bool leave_out_border) {
   Candidate candidate;
   candidate.variance = evidence.variance;
-  candidate.result = solve({mesh, mesh.measured, solved.options, solved.precisions, {}});
-  score_residuals(candidate, mesh, solved.precisions, leave_out_border);
-  probe(candidate, solved, solve);
+  const GraduatedOptions options = evidence.sight.options(setting, evidence.variance, true);
+  candidate.result = solve({mesh, mesh.measured, options, evidence.precisions, {}});
+  score_residuals(candidate, mesh, evidence.precisions, leave_out_border);
+  return candidate;
+}
+
+Candidate try_setting(const Setting& setting, const FlatMesh& mesh, const Evidence& evidence,
+                      const ChoiceOptions& options, const Solve& solve, bool leave_out_border) {
+  Candidate candidate = solve_setting(setting, mesh, evidence, solve, leave_out_border);
+  probe(candidate,
+        {mesh, evidence.sight.options(setting, evidence.variance, true), evidence.precisions, evidence.variance,
+         options.seed, leave_out_border},
+        solve);
   return candidate;
 }
 

@@ -35,10 +35,14 @@ struct ProbedSolve {
   bool leave_out_border = false;
 };
 
+/// Solves a setting on the short schedule with what is known of the noise; its divergence stays unknown.
+Candidate solve_setting(const Setting& setting, const FlatMesh& mesh, const Evidence& evidence, const Solve& solve,
+                        bool leave_out_border);
+
 /// Solves again for probed positions, and sets the divergence of the candidate, whose result is known.
 void probe(Candidate& candidate, const ProbedSolve& solved, const Solve& solve);
 
-/// Solves a setting on the short schedule with what is known of the noise, and again for a probe.
+/// Solves a setting likewise, and again for a probe.
 Candidate try_setting(const Setting& setting, const FlatMesh& mesh, const Evidence& evidence,
                       const ChoiceOptions& options, const Solve& solve, bool leave_out_border);
 

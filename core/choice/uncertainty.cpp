@@ -9,8 +9,7 @@ namespace crease {
 namespace {
 
 constexpr std::uint32_t kDraws = 2;  ///< of eight each
-/// Of what the risk has beyond the spread. The risk is that of a trial: the result comes from a longer descent and is
-/// blended, which takes about half of it away.
+/// Of what the risk has beyond the spread: the rest of it is the error of the risk itself.
 constexpr double kBiasShare = 0.5;
 constexpr int kSmoothingRounds = 1;  ///< rounds; the draws alone are right to a sixth
 

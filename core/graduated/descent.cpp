@@ -58,6 +58,7 @@ GraduatedResult GraduatedDescent::run(const StageObserver& observer) {
   };
   LbfgsOptions search;
   search.steps = options_.steps;
+  search.on_start = [&] { update_metric(); };
   if (options_.metric != nullptr) {
     search.least_gain = 1e-4;
     search.longest_move = 0.5F;
@@ -68,7 +69,6 @@ GraduatedResult GraduatedDescent::run(const StageObserver& observer) {
   }
   for (int stage = first_stage_; stage < options_.stages; ++stage) {
     begin_stage(stage);
-    update_metric();
     minimize(function, positions_, search, team_);
     if (observer && !observer({stage, energy_, positions_, latent_})) break;
   }
@@ -76,8 +76,6 @@ GraduatedResult GraduatedDescent::run(const StageObserver& observer) {
 }
 
 void GraduatedDescent::update_metric() {
-  FlatVectors gradient(positions_.size());
-  energy_(positions_, gradient, team_);
   if (options_.metric == nullptr) {
     inverse_curvatures_ = energy_.inverse_curvatures(positions_, team_);
     return;

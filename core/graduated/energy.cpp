@@ -191,7 +191,6 @@ GraduatedEnergy::GraduatedEnergy(const FlatMesh& mesh, std::span<const float> me
       by_corner_(9 * mesh.face_count) {}
 
 double GraduatedEnergy::operator()(std::span<const float> positions, std::span<float> gradient, ThreadTeam& team) {
-  ++evaluations_;
   const FlatMesh& mesh = mesh_;
   const Flat p = flat(positions), normals = flat(normals_), measured = flat(measured_), m = flat(vertex_normals);
   const std::size_t faces = mesh.face_count, vertices = mesh.vertex_count;

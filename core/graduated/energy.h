@@ -45,7 +45,6 @@ class GraduatedEnergy {
   double operator()(std::span<const float> positions, std::span<float> gradient, ThreadTeam& team);
 
   const Parts& parts() const { return parts_; }
-  std::size_t evaluations() const { return evaluations_; }
   /// ∂ψ/∂q · 2w per edge at the last positions.
   std::span<const float> stiffness() const { return {stiffness_.data(), mesh_.edge_count}; }
   /// One over the second derivative of E along each vertex's normal at the last positions, which are `positions`; the
@@ -60,7 +59,6 @@ class GraduatedEnergy {
   std::vector<float> stiffness_;        ///< one more than there are edges; the last is 0
   std::vector<float> by_corner_;        ///< ∂E/∂corner: x of corner 0 of all faces, of corner 1, …, z of corner 2
   Parts parts_;
-  std::size_t evaluations_ = 0;
 };
 
 }  // namespace crease

@@ -101,11 +101,4 @@ LatentVariance fit_latent_variance(std::span<const float> residuals, double floo
   return result;
 }
 
-double mixture_deviance(std::span<const float> residuals, double floor) {
-  const std::vector<double> squares = squares_of(residuals);
-  Mixture mixture(squares, floor);
-  mixture.fit();
-  return -2 * mixture.expect() / static_cast<double>(std::max<std::size_t>(1, residuals.size()));
-}
-
 }  // namespace crease

@@ -17,7 +17,4 @@ struct LatentVariance {
 /// Fits the mixture by expectation maximisation if the residuals' kurtosis exceeds 3.8. `floor` is the least variance.
 LatentVariance fit_latent_variance(std::span<const float> residuals, double floor);
 
-/// −2 log-likelihood for each residual under such a mixture, fitted to them.
-double mixture_deviance(std::span<const float> residuals, double floor);
-
 }  // namespace crease

@@ -57,6 +57,7 @@ class Search {
 
   double run() {
     value_ = function_(x_, g_);
+    if (options_.on_start) options_.on_start();
     int small_gains = 0;
     for (int step = 0; step < options_.steps && small_gains < kPatience; ++step) {
       set_direction();

@@ -17,6 +17,8 @@ struct LbfgsOptions {
   float first_move = 0.1F;   ///< of the vertex that moves farthest in a step without a history
   /// First metric: replaces a gradient by what it is worth as a step. Empty: the identity.
   std::function<void(std::span<float>)> precondition = {};
+  /// Called after the first evaluation, before the first step: what is known there may make the metric.
+  std::function<void()> on_start = {};
   bool scale_metric = true;  ///< the first metric holds up to a factor, which the last step tells
   float longest_move = 0;    ///< of any vertex in a step; 0: any
 };

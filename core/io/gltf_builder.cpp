@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 #include <sstream>
@@ -39,13 +40,10 @@ tinygltf::Value to_value(const nlohmann::ordered_json& json) {
 Vec3 origin_of(const Mesh& mesh) {
   constexpr double kFar = 32;  // times its size
   if (mesh.positions.empty()) return Vec3::Zero();
-  Vec3 low = mesh.positions.front(), high = low;
-  for (const Vec3& position : mesh.positions) {
-    low = low.cwiseMin(position);
-    high = high.cwiseMax(position);
-  }
-  const double farthest = low.cwiseAbs().cwiseMax(high.cwiseAbs()).maxCoeff();
-  return farthest > kFar * (high - low).norm() ? Vec3(low / 2 + high / 2) : Vec3::Zero();
+  Eigen::AlignedBox3d box;
+  for (const Vec3& position : mesh.positions) box.extend(position);
+  const double farthest = box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff();
+  return farthest > kFar * box.diagonal().norm() ? Vec3(box.min() / 2 + box.max() / 2) : Vec3::Zero();
 }
 
 }  // namespace

@@ -17,6 +17,15 @@ std::vector<float> single_normals(const std::vector<Vec3>& normals) {
   return values;
 }
 
+/// The numbers of the vertices `source`.
+template <typename Number>
+std::vector<float> numbers_of(const std::vector<Number>& numbers, const std::vector<Index>& source) {
+  std::vector<float> values;
+  values.reserve(source.size());
+  for (const Index vertex : source) values.push_back(static_cast<float>(numbers[vertex]));
+  return values;
+}
+
 std::vector<float> vertex_labels(const LabelledMesh& result, const std::vector<Index>& source) {
   std::vector<float> largest(result.mesh.positions.size(), 0);
   for (std::size_t edge = 0; edge < result.edges.size(); ++edge) {
@@ -25,24 +34,7 @@ std::vector<float> vertex_labels(const LabelledMesh& result, const std::vector<I
       largest[vertex] = std::max(largest[vertex], label);
     }
   }
-  std::vector<float> values;
-  values.reserve(source.size());
-  for (const Index vertex : source) values.push_back(largest[vertex]);
-  return values;
-}
-
-std::vector<float> vertex_classes(const LabelledMesh& result, const std::vector<Index>& source) {
-  std::vector<float> values;
-  values.reserve(source.size());
-  for (const Index vertex : source) values.push_back(static_cast<float>(result.classes[vertex]));
-  return values;
-}
-
-std::vector<float> vertex_sigmas(const LabelledMesh& result, const std::vector<Index>& source) {
-  std::vector<float> values;
-  values.reserve(source.size());
-  for (const Index vertex : source) values.push_back(static_cast<float>(result.sigma[vertex]));
-  return values;
+  return numbers_of(largest, source);
 }
 
 std::vector<float> vertex_segments(const LabelledMesh& result, const SplitMesh& split) {
@@ -83,8 +75,9 @@ tinygltf::Mesh add_mesh(GltfBuilder& builder, const LabelledMesh& result) {
   faces.attributes["NORMAL"] = builder.add_floats(TINYGLTF_TYPE_VEC3, 3, single_normals(split.normals));
   faces.attributes["_LABEL"] = builder.add_scalars(vertex_labels(result, split.source));
   faces.attributes["_SOURCE"] = builder.add_scalars(sources);
-  if (!result.classes.empty()) faces.attributes["_CLASS"] = builder.add_scalars(vertex_classes(result, split.source));
-  if (!result.sigma.empty()) faces.attributes["_SIGMA"] = builder.add_scalars(vertex_sigmas(result, split.source));
+  if (!result.classes.empty())
+    faces.attributes["_CLASS"] = builder.add_scalars(numbers_of(result.classes, split.source));
+  if (!result.sigma.empty()) faces.attributes["_SIGMA"] = builder.add_scalars(numbers_of(result.sigma, split.source));
   if (!result.segments.empty()) faces.attributes["_SEGMENT"] = builder.add_scalars(vertex_segments(result, split));
   faces.indices = builder.add_indices(flattened(split.triangles));
   faces.material = builder.add_surface_material();

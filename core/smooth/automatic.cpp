@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "core/base/state_archive.h"
@@ -152,11 +153,15 @@ class AutomaticRun {
 
   /// Asks the caller after the last solve.
   bool goes_on() {
+    return shown([&] { return present_angles(latest_); }, [&] { return state_head(solves_, 0) + done_; });
+  }
+
+  /// Shows the caller the last record, with what the run has come to. False where it has had enough.
+  bool shown(const std::function<std::vector<float>()>& angles, const std::function<std::string()>& checkpoint) {
     if (context_.on_sweep && !result_.sweeps.empty()) {
       const SweepRecord& record = result_.sweeps.back();
       const auto positions = [&] { return upload_positions(latest_); };
-      const auto now_labelled = [&] { return labels(present_angles(latest_), kUsualNoise); };
-      const auto checkpoint = [&] { return state_head(solves_, 0) + done_; };
+      const auto now_labelled = [&] { return labels(angles(), kUsualNoise); };
       const std::uint32_t total = std::max(kUsualStages, record.sweep + 1);
       if (!context_.on_sweep({record, total, seconds(), now_labelled, positions, checkpoint})) return false;
     }
@@ -198,16 +203,8 @@ class AutomaticRun {
     const bool whole = &request.mesh == mesh_;
     if (whole) latest_.assign(view.positions.begin(), view.positions.end());
     result_.site_proposals += request.mesh.vertex_count;
-    if (context_.on_sweep) {
-      const auto positions = [&] { return upload_positions(latest_); };
-      const auto now_labelled = [&] {
-        return labels(whole ? present_angles(view.positions) : std::vector<float>(), kUsualNoise);
-      };
-      const auto checkpoint = [&] { return state(request, view); };
-      const std::uint32_t total = std::max(kUsualStages, record.sweep + 1);
-      result_.cancelled = !context_.on_sweep({record, total, seconds(), now_labelled, positions, checkpoint});
-    }
-    result_.cancelled = result_.cancelled || context_.cancel.load();
+    const auto angles = [&] { return whole ? present_angles(view.positions) : std::vector<float>(); };
+    result_.cancelled = !shown(angles, [&] { return state(request, view); });
     return !result_.cancelled;
   }
 

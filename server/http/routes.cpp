@@ -112,9 +112,8 @@ std::vector<Route> result_routes() {
        "get_mesh",
        "Download the smoothed mesh",
        {{"format", "string",
-         "Format of the mesh; the path may end in it instead: mesh.glb. By default the Accept header decides, or else "
-         "it "
-         "is glb.",
+         "Format of the mesh; the path may end in it instead: mesh.glb. By default the Accept header decides, or "
+         "else it is glb.",
          names(crease::mesh_formats())},
         {"snapshot", "boolean", "While the job is running, its latest intermediate mesh."},
         {"measured", "boolean",
@@ -140,9 +139,8 @@ std::vector<Route> result_routes() {
        "get_ridges",
        "Download the ridge lines and the corners where they meet",
        {{"format", "string",
-         "Format of the ridge lines; the path may end in it instead: ridges.glb. By default the Accept header decides, "
-         "or "
-         "else it is json.",
+         "Format of the ridge lines; the path may end in it instead: ridges.glb. By default the Accept header "
+         "decides, or else it is json.",
          names(crease::ridge_formats())}},
        {{200, "The ridge lines.", media_types(crease::ridge_formats()), "RidgeLines"},
         {206, "A range of their bytes.", media_types(crease::ridge_formats()), ""},

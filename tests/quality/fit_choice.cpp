@@ -9,13 +9,12 @@
 #include <exception>
 #include <fstream>
 #include <map>
-#include <numbers>
 #include <sstream>
 
 #include "core/choice/evidence.h"
 #include "core/choice/expected_error.h"
 #include "core/choice/features.h"
-#include "core/mesh/face_vectors.h"
+#include "core/measure/measure.h"
 #include "tests/quality/pairs.h"
 
 namespace crease::quality {
@@ -31,20 +30,13 @@ struct Sample {
   std::array<double, kSettingCount> errors{};  ///< mean angle between normals in degrees
 };
 
-double normal_error_deg(const Mesh& original, const Topology& topology, const FlatVectors& positions) {
-  std::vector<Vec3> moved;
-  for (std::size_t v = 0; v < original.positions.size(); ++v) {
+double normal_error_deg(const Mesh& original, const FlatVectors& positions) {
+  Mesh moved = original;
+  for (std::size_t v = 0; v < moved.positions.size(); ++v) {
     const auto p = vector_at(positions, v);
-    moved.emplace_back(p[0], p[1], p[2]);
+    moved.positions[v] = Vec3(p[0], p[1], p[2]);
   }
-  double sum = 0;
-  for (std::size_t f = 0; f < original.triangles.size(); ++f) {
-    const Triangle corners = oriented(original, topology, f);
-    const Vec3 before = direction(area_vector(original.positions, corners)),
-               now = direction(area_vector(moved, corners));
-    sum += std::acos(std::clamp(before.dot(now), -1.0, 1.0));
-  }
-  return sum / static_cast<double>(original.triangles.size()) * 180 / std::numbers::pi;
+  return measure(original, moved).mean_normal_error_deg;
 }
 
 Sample measured(const PairRecipe& recipe, const Pair& pair) {
@@ -62,12 +54,12 @@ Sample measured(const PairRecipe& recipe, const Pair& pair) {
   for (std::size_t i = 0; i < kSettingCount; ++i) {
     const GraduatedOptions options = evidence.sight.options(kSettings[i], evidence.variance, false);
     const GraduatedResult result = solve({mesh, mesh.measured, options, evidence.precisions, {}});
-    sample.errors[i] = normal_error_deg(pair.original, topology, result.positions);
+    sample.errors[i] = normal_error_deg(pair.original, result.positions);
   }
   return sample;
 }
 
-void measure(std::size_t part, std::size_t parts, const std::string& folder) {
+void measure_pairs(std::size_t part, std::size_t parts, const std::string& folder) {
   std::vector<PairRecipe> recipes = recipes_of(PairSet::kTraining);
   for (const PairRecipe& recipe : recipes_of(PairSet::kDevelopment)) {
     if (recipe.noise != Noise::kCorrelated && recipe.level > 0) recipes.push_back(recipe);
@@ -238,7 +230,7 @@ int main(int count, char** arguments) try {
       app.add_subcommand("table", "Prints core/choice/expected_error_table.h, and the cost of the choice to stderr");
   table->add_option("files", files, "What measure printed")->required()->check(CLI::ExistingFile);
   CLI11_PARSE(app, count, arguments);
-  if (measure->parsed()) crease::quality::measure(part, parts, folder);
+  if (measure->parsed()) crease::quality::measure_pairs(part, parts, folder);
   if (table->parsed()) crease::quality::write_table(crease::quality::read(files));
 } catch (const std::exception& error) {
   std::fputs((std::string(error.what()) + "\n").c_str(), stderr);
