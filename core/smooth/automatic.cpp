@@ -8,6 +8,7 @@
 #include "core/base/state_archive.h"
 #include "core/base/stopwatch.h"
 #include "core/choice/choice.h"
+#include "core/choice/families.h"
 #include "core/choice/first_sight.h"
 #include "core/choice/scan.h"
 #include "core/choice/uncertainty.h"
@@ -21,6 +22,19 @@ namespace {
 constexpr std::uint32_t kUsualStages = 16;
 /// That labels of snapshots are for, in ℓ.
 constexpr double kUsualNoise = 0.2;
+
+/// The words of `surface`, but for "estimated", are those that families of potentials go by.
+constexpr bool surfaces_have_settings() {
+  constexpr auto words = words_of(SurfaceOption{});
+  const auto has_settings = [](std::string_view word) {
+    return std::ranges::any_of(kSettings, [&](const Setting& setting) { return setting.family.name == word; });
+  };
+  const auto is_word = [&](const Setting& setting) {
+    return std::ranges::find(words, setting.family.name) != words.end();
+  };
+  return std::all_of(words.begin() + 1, words.end(), has_settings) && std::ranges::all_of(kSettings, is_word);
+}
+static_assert(surfaces_have_settings());
 
 /// Thrown by a solve when the caller has had enough.
 struct Cancelled {};
