@@ -14,8 +14,8 @@ export type Report = Schemas['Report'];
 export type RidgeLines = Schemas['RidgeLines'];
 export type MeshFormat = NonNullable<NonNullable<operations['get_mesh']['parameters']['query']>['format']>;
 
-/** What happens to a job, in order: progress, then its end. */
-export type JobEvent = { type: 'progress'; progress: Progress } | { type: 'ended'; job: Job };
+/** What happens to a job: progress, then its end. In between the connection may be lost, and found again. */
+export type JobEvent = { type: 'progress'; progress: Progress } | { type: 'lost' } | { type: 'ended'; job: Job };
 
 export interface ClientOptions {
   /** Where the service is, with any path prefix. In a page, the page's own address by default. */
@@ -126,6 +126,7 @@ export class Client {
         const passing = error instanceof CreasedError && (error.status === 0 || error.status >= 500 || error.status === 429);
         if (!passing && error instanceof CreasedError) throw error;
       }
+      yield { type: 'lost' };
       await pause(kRetryMs, asking.signal);
     }
   }
@@ -163,9 +164,10 @@ export class Client {
     return (await this.call(this.url(`v1/samples/${encodeURIComponent(name)}`), asking)).arrayBuffer();
   }
 
-  /** Any file of the service as a Blob, for a download with the key. */
-  async file(url: string, asking: Asking = {}): Promise<Blob> {
-    return (await this.call(url, asking)).blob();
+  /** Any file of the service, such as `v1/jobs/…/mesh.obj`, under the name that the service gives it. */
+  async file(path: string, asking: Asking = {}): Promise<File> {
+    const response = await this.call(this.url(path), asking);
+    return new File([await response.blob()], fileName(response.headers.get('Content-Disposition') ?? '') ?? path.split('/').pop()!);
   }
 
   private get fetch(): typeof globalThis.fetch {
@@ -201,6 +203,12 @@ export class Client {
     if (!response.ok) throw errorOf(response.status, await response.text(), response.headers.get('Retry-After'));
     return response;
   }
+}
+
+/** The file name of a Content-Disposition header. */
+function fileName(disposition: string): string | undefined {
+  const encoded = disposition.match(/filename\*=UTF-8''([^;]+)/i)?.[1];
+  return encoded ? decodeURIComponent(encoded) : disposition.match(/filename="([^"]*)"/i)?.[1];
 }
 
 function pause(ms: number, signal?: AbortSignal): Promise<void> {

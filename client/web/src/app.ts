@@ -1,26 +1,29 @@
 import { Client, CreasedError, type Job } from 'creased-client';
+import { hashOf, placeOf } from './address';
 import { measuresOf } from './mesh/measures';
 import { readInWorker } from './mesh/reader';
+import type { Surface } from './mesh/surface';
 import { loadOutcome, type Outcome } from './session';
+import { Snapshots } from './snapshots';
 import { downloadsOf, save } from './ui/away';
 import { Commands, creaseCommand, curlCommand } from './ui/commands';
 import { askForKey, askForText, showJobs, showKeys } from './ui/dialogs';
 import { fill, h, iconButton, section } from './ui/dom';
 import { Hover } from './ui/hover';
 import { LookPanel } from './ui/look_panel';
-import { ParameterForm, type Schema } from './ui/parameters';
+import { ParameterForm, type Schema, type Value } from './ui/parameters';
 import { factsOf, figuresOf, RidgeList } from './ui/result';
 import { RunCard } from './ui/run';
 import { canvasColours, toggleTheme } from './ui/theme';
 import { Notice, Ruler, Views } from './ui/views';
-import { welcome } from './ui/welcome';
+import { recent, welcome } from './ui/welcome';
 import { errorWords, stateWord } from './ui/words';
 import { sortedRidges } from './viewer/layer';
 import { Stage, type Arrangement } from './viewer/stage';
 
 const kKeyName = 'creased-key';
-const kSnapshotMs = 2000;
 const kRidgeThreshold = 0.5;
+const kRecentJobs = 3;
 
 interface Upload {
   bytes: Blob;
@@ -33,7 +36,7 @@ export class Workbench {
   private readonly holder = document.getElementById('stage')!;
   private readonly panel = document.getElementById('panel')!;
   private readonly now = document.getElementById('now')!;
-  private readonly canvas = h('canvas', { tabindex: 0, role: 'img', 'aria-label': 'The mesh. Arrow keys turn it, plus and minus zoom.', 'aria-keyshortcuts': 'Space D F W R M' });
+  private readonly canvas = h('canvas', { tabindex: 0, role: 'img', 'aria-label': 'The mesh. Arrow keys turn it, plus and minus zoom.', 'aria-keyshortcuts': 'Space D F W R M I' });
   private readonly stage: Stage;
   private readonly views: Views;
   private readonly look: LookPanel;
@@ -66,7 +69,7 @@ export class Workbench {
     });
     this.look = new LookPanel(this.stage, (on) => this.views.wire.setAttribute('aria-pressed', String(on)));
     this.ruler = new Ruler(this.stage, () => this.job?.input.mean_edge_length ?? 0);
-    this.hover = new Hover(this.stage, () => this.outcome);
+    this.hover = new Hover(this.stage, () => this.outcome, (vertex) => this.look.valueAt(vertex));
     this.stage.onDraw = () => this.ruler.draw();
     this.holder.append(this.views.element, this.ruler.element, this.hover.element, this.run.element, this.notice.element, this.file);
   }
@@ -76,11 +79,24 @@ export class Workbench {
     this.theme();
     fill(document.getElementById('tools')!,
       iconButton('open', 'Open a mesh', () => this.file.click()),
-      iconButton('jobs', 'Jobs', () => void this.attempt(() => showJobs(this.client, (job) => { location.hash = `job=${job.id}`; }))),
+      iconButton('jobs', 'Jobs', () => void this.attempt(() => showJobs(this.client, (job) => this.goTo(job)))),
       iconButton('sun', 'Light or dark', () => { toggleTheme(); this.theme(); }),
       iconButton('help', 'Keys and help', showKeys));
     await this.route();
-    void this.attempt(() => this.loadParameters());
+    await this.attempt(() => this.loadParameters());
+    await this.offerRecent();
+  }
+
+  private goTo(job: Job): void {
+    location.hash = hashOf({ job: job.id });
+  }
+
+  /** At the start: the jobs of before, for someone who comes back without their address. */
+  private async offerRecent(): Promise<void> {
+    const start = document.getElementById('welcome');
+    if (!start || !this.parameters) return;
+    const { jobs } = await this.client.jobs({ limit: kRecentJobs });
+    start.append(recent(jobs, (job) => this.goTo(job)));
   }
 
   private listen(): void {
@@ -105,6 +121,11 @@ export class Workbench {
     window.addEventListener('paste', (event) => this.paste(event));
     window.addEventListener('hashchange', () => void this.route());
     window.addEventListener('keydown', (event) => this.shortcut(event));
+    window.addEventListener('unhandledrejection', (event) => {
+      if (!(event.reason instanceof CreasedError)) return;
+      event.preventDefault();
+      this.fail(event.reason);
+    });
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.theme());
     this.canvas.addEventListener('click', (event) => {
       if (!this.ruler.on) return;
@@ -130,6 +151,7 @@ export class Workbench {
       w: () => this.look.setWires(!this.look.wires),
       r: () => this.look.toggleRidges(),
       m: () => this.views.ruler.click(),
+      i: () => this.hover.atMiddle(),
       o: () => this.file.click(),
       '?': showKeys,
     };
@@ -147,13 +169,13 @@ export class Workbench {
 
   /** Shows the job that the address names, or the start. */
   private async route(): Promise<void> {
-    const id = location.hash.match(/^#job=([0-9a-f-]+)/)?.[1];
-    if (!id) {
+    const place = placeOf(location.hash);
+    if (!place) {
       if (!this.job && !this.upload) this.showWelcome();
       return;
     }
-    if (id === this.job?.id) return;
-    await this.attempt(async () => this.reopen(await this.client.job(id)));
+    if (place.job === this.job?.id) return;
+    await this.attempt(async () => this.reopen(await this.client.job(place.job), place.with));
   }
 
   private showWelcome(): void {
@@ -179,6 +201,7 @@ export class Workbench {
     this.upload = upload;
     delete this.job;
     delete this.compared;
+    this.drawPanel();
     document.getElementById('welcome')?.remove();
     this.holder.classList.remove('empty');
     this.stage.clear();
@@ -208,12 +231,12 @@ export class Workbench {
         onProgress: (sent, total) => this.run.uploading(sent, total),
         signal,
       });
-      history.pushState(null, '', `#job=${job.id}`);
+      history.pushState(null, '', hashOf({ job: job.id, ...(this.compared ? { with: this.compared.job.id } : {}) }));
       await this.follow(job, signal);
     });
   }
 
-  private async reopen(job: Job): Promise<void> {
+  private async reopen(job: Job, other?: string): Promise<void> {
     this.leave();
     document.getElementById('welcome')?.remove();
     this.holder.classList.remove('empty');
@@ -222,16 +245,21 @@ export class Workbench {
     this.stage.clear();
     this.views.offer(false, false);
     this.run.begin(job.state === 'succeeded' ? 'Loading the result' : 'Finding the job');
-    await this.attempt(() => this.follow(job, this.following.signal));
+    const { signal } = this.following;
+    await this.attempt(async () => {
+      if (other) this.compared = await loadOutcome(this.client, await this.client.job(other), signal);
+      await this.follow(job, signal);
+    });
   }
 
   /** Stays with a job until it has ended, and shows what it made. */
   private async follow(job: Job, signal: AbortSignal): Promise<void> {
     this.setJob(job);
     if (job.state === 'queued' || job.state === 'running') {
-      const snapshots = this.showSnapshots(job.id, signal);
+      const snapshots = new Snapshots(this.client, job.id, signal, (surface) => this.showSnapshot(surface));
       for await (const event of this.client.follow(job.id, { signal })) {
         if (event.type === 'progress') this.run.update(event.progress);
+        else if (event.type === 'lost') this.run.lost();
         else job = event.job;
       }
       snapshots.stop();
@@ -244,33 +272,19 @@ export class Workbench {
     this.drawPanel();
   }
 
-  /** Shows what the mesh has become so far, again and again. */
-  private showSnapshots(id: string, signal: AbortSignal): { stop: () => void } {
-    let stopped = false, busy = false;
-    const timer = setInterval(async () => {
-      if (busy || stopped || signal.aborted) return;
-      busy = true;
-      try {
-        const surface = await readInWorker(await this.client.mesh(id, { format: 'glb', snapshot: true }, { signal }), '', true);
-        if (stopped || signal.aborted) return;
-        this.run.ridges((surface.ridges?.length ?? 0) / 2);
-        if (!this.stage.before.surface && !this.stage.after.surface) this.stage.open(surface, 'after');
-        else {
-          this.stage.show('after', surface);
-          this.views.show('after');
-        }
-        if (surface.ridges) {
-          this.stage.after.setRidges(sortedRidges(surface.ridges, new Float32Array(surface.ridges.length / 2).fill(0.9)));
-          this.stage.after.setThreshold(kRidgeThreshold);
-        }
-        this.views.offer(true, false);
-      } catch {
-        // There is none yet, or the job has just ended.
-      } finally {
-        busy = false;
-      }
-    }, kSnapshotMs);
-    return { stop: () => { stopped = true; clearInterval(timer); } };
+  private showSnapshot(surface: Surface): void {
+    const { stage } = this;
+    this.run.ridges((surface.ridges?.length ?? 0) / 2);
+    if (!stage.before.surface && !stage.after.surface) stage.open(surface, 'after');
+    else {
+      stage.show('after', surface);
+      this.views.show('after');
+    }
+    if (surface.ridges) {
+      stage.after.setRidges(sortedRidges(surface.ridges, new Float32Array(surface.ridges.length / 2).fill(0.9)));
+      stage.after.setThreshold(kRidgeThreshold);
+    }
+    this.views.offer(true, false);
   }
 
   private async showOutcome(outcome: Outcome): Promise<void> {
@@ -286,6 +300,7 @@ export class Workbench {
       labels: outcome.labels,
       ...(outcome.measured ? { measured: outcome.measured } : {}),
       ...(this.compared ? { other: this.compared.surface } : {}),
+      ...(this.parameters?.allows('uncertainty') ? { askForUncertainty: () => this.againWith('uncertainty', true) } : {}),
     }), outcome.surface);
     this.views.offer(true, true, this.compared !== undefined);
     this.views.show(this.compared ? 'beside' : 'divided');
@@ -316,25 +331,25 @@ export class Workbench {
   }
 
   private drawPanel(): void {
-    const { job } = this;
-    this.panel.classList.toggle('empty', !job);
-    if (!job) return;
+    const { job, outcome } = this;
+    this.panel.classList.toggle('empty', !job && !this.upload);
+    const done = job?.state === 'succeeded' && outcome !== undefined;
     this.updateCommands();
-    fill(this.parts.facts, factsOf(job));
-    fill(this.parts.result, job.state === 'succeeded' && figuresOf(job, this.compared?.job));
-    fill(this.parts.away, job.state === 'succeeded' && downloadsOf(this.client, job, {
+    if (job) fill(this.parts.facts, factsOf(job));
+    fill(this.parts.result, done && figuresOf(job, this.compared?.job));
+    fill(this.parts.away, done && downloadsOf(this.client, job, {
       picture: () => this.savePicture(),
       link: async () => location.href,
       failed: (error) => this.fail(error),
     }));
-    this.ridges.show(this.outcome?.ridges);
-    const done = job.state === 'succeeded' && this.outcome !== undefined;
-    if (this.panel.dataset['done'] === String(done) && this.panel.dataset['form'] === String(!!this.parameters)) return;
-    this.panel.dataset['done'] = String(done);
-    this.panel.dataset['form'] = String(!!this.parameters);
+    this.ridges.show(outcome?.ridges);
+    // Sections are made once, so that what someone has unfolded stays so.
+    const parts = [!!job, done, !!this.parameters].join();
+    if (this.panel.dataset['parts'] === parts) return;
+    this.panel.dataset['parts'] = parts;
     const again = h('button', { type: 'button', class: 'button primary', onclick: () => void this.again() }, 'Smooth again');
     fill(this.panel,
-      section('facts', 'Your mesh', true, this.parts.facts),
+      job && section('facts', 'Your mesh', true, this.parts.facts),
       done && section('result', 'Result', true, this.parts.result),
       done && section('look', 'Look', true, this.look.element),
       done && section('ridges', 'Ridges', false, this.ridges.element),
@@ -354,6 +369,11 @@ export class Workbench {
       });
     }
     await this.submit();
+  }
+
+  private againWith(name: string, value: Value): void {
+    this.parameters?.change(name, value);
+    void this.again();
   }
 
   private async cancel(): Promise<void> {
@@ -380,7 +400,8 @@ export class Workbench {
   }
 
   private async savePicture(): Promise<void> {
-    save(await this.stage.picture(canvasColours().background), `${(this.job?.input.name ?? 'mesh').replace(/\.[^.]+$/, '')}.png`);
+    const name = (this.job?.input.name ?? 'mesh').replace(/\.[^.]+$/, '');
+    save(new File([await this.stage.picture(canvasColours().background)], `${name}.png`));
   }
 
   /** Does something with the service. Asks for a key where it wants one, and says what went wrong. */

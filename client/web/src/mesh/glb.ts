@@ -46,10 +46,11 @@ function surfaceOf(document: Document, bytes: ArrayBuffer, start: number): Surfa
       : wide(view(document, bytes, start, faces.indices));
   const origin = document.nodes?.find((node) => node.mesh === 0)?.translation ?? [0, 0, 0];
   const surface: Surface = { positions, index, normals: floats('NORMAL') ?? smoothNormals(positions, index), origin };
-  const label = floats('_LABEL'), vertexClass = floats('_CLASS'), segment = floats('_SEGMENT'), source = floats('_SOURCE');
+  const label = floats('_LABEL'), vertexClass = floats('_CLASS'), segment = floats('_SEGMENT'), sigma = floats('_SIGMA'), source = floats('_SOURCE');
   if (label) surface.label = label;
   if (vertexClass) surface.vertexClass = vertexClass;
   if (segment) surface.segment = segment;
+  if (sigma) surface.sigma = sigma;
   if (source) surface.source = source;
   const lines = primitives.find((one) => one.mode === 1 && one.indices !== undefined);
   if (lines) surface.ridges = view(document, bytes, start, lines.indices!) as Uint32Array;

@@ -9,6 +9,8 @@ export interface Comparison {
   edgeLength: number;
   /** The result that this one is compared with. */
   other?: Surface;
+  /** Makes the job once more with the uncertainty of its vertices; undefined where its method has none. */
+  askForUncertainty?: () => void;
 }
 
 /** How far each vertex moved along its normal, in mean edge lengths; outward is positive. */
@@ -51,7 +53,7 @@ function curvature(surface: Surface, edgeLength: number): Float32Array {
 }
 
 /** How undecided the most undecided edge at each vertex is: 0 for labels of 0 or 1, 1 for one half. */
-function uncertainty(surface: Surface, labels: EdgeLabels): Float32Array {
+function doubt(surface: Surface, labels: EdgeLabels): Float32Array {
   const perVertex = new Float32Array(surface.positions.length / 3);
   for (let e = 0; e < labels.labels.length; ++e) {
     const doubt = 1 - Math.abs(2 * labels.labels[e]! - 1);
@@ -61,7 +63,7 @@ function uncertainty(surface: Surface, labels: EdgeLabels): Float32Array {
 }
 
 /** What a result can be coloured by. */
-export function measuresOf({ measured, labels, edgeLength, other }: Comparison): Measure[] {
+export function measuresOf({ measured, labels, edgeLength, other, askForUncertainty }: Comparison): Measure[] {
   const measures: Measure[] = [];
   if (measured) {
     measures.push({ name: 'displacement', unit: 'edge lengths along the normal', scale: 'diverging',
@@ -78,9 +80,13 @@ export function measuresOf({ measured, labels, edgeLength, other }: Comparison):
   measures.push({ name: 'ridge label', unit: 'probability', scale: 'sequential',
     meaning: 'The largest label of the edges at each vertex.', values: (surface) => surface.label });
   if (labels) {
-    measures.push({ name: 'uncertainty', unit: '0 decided, 1 undecided', scale: 'sequential',
-      meaning: 'Where it is open whether an edge is a ridge.', values: (surface) => uncertainty(surface, labels) });
+    measures.push({ name: 'doubt', unit: '0 decided, 1 undecided', scale: 'sequential',
+      meaning: 'Where it is open whether an edge is a ridge.', values: (surface) => doubt(surface, labels) });
   }
+  measures.push({ name: 'uncertainty', unit: 'edge lengths, standard deviation', scale: 'sequential',
+    meaning: 'How far each point may still be off along the normal.',
+    values: (surface) => surface.sigma?.map((x) => x / edgeLength),
+    ...(askForUncertainty ? { missing: { words: 'This job was made without it.', remedy: 'Smooth again with uncertainty', act: askForUncertainty } } : {}) });
   measures.push({ name: 'class', unit: '0 smooth, 1 ridge, 2 corner', scale: 'classes',
     meaning: 'What each vertex is: on a smooth part, on a ridge, or a corner.', values: (surface) => surface.vertexClass });
   measures.push({ name: 'segment', unit: 'number of the segment', scale: 'classes',

@@ -10,6 +10,8 @@ export interface Surface {
   label?: Float32Array;
   vertexClass?: Float32Array;
   segment?: Float32Array;
+  /** How far each vertex may be off along its normal, in units of the upload; only where the job was asked for it. */
+  sigma?: Float32Array;
   /** The vertex of the upload that each is a copy of. */
   source?: Float32Array;
   /** Two vertices of each ridge edge. */

@@ -1,38 +1,32 @@
-import type { Client, Job, MeshFormat } from 'creased-client';
+import { labelFormats, meshFormats, reportFormats, ridgeFormats, type Client, type Job } from 'creased-client';
 import { fill, h, icon } from './dom';
 
-interface Choice {
-  name: string;
-  meaning: string;
-  path: string;
-  extension: string;
-}
-const kMeshes: [MeshFormat, string][] = [
-  ['glb', 'with ridges, normals and labels'],
-  ['ply', 'binary, double precision'],
-  ['obj', 'text'],
-  ['stl', 'binary, without connectivity'],
-  ['off', 'text'],
-  ['gltf', 'glTF as JSON'],
-  ['json', 'for scripts'],
+const kMeanings: Record<string, string> = {
+  'mesh.original': 'the format of the upload, with all else that it had',
+  'mesh.glb': 'with ridges, normals and labels',
+  'mesh.ply': 'binary, double precision, with labels',
+  'mesh.obj': 'text',
+  'mesh.stl': 'binary, without connectivity',
+  'mesh.off': 'text',
+  'mesh.gltf': 'glTF as JSON',
+  'mesh.json': 'for scripts',
+  'labels.csv': 'label and angle of every edge',
+  'labels.json': 'the same for scripts',
+  'ridges.json': 'ridge lines and corners',
+  'ridges.glb': 'lines to look at',
+  'report.json': 'parameters, energies, timings',
+};
+const kParts: [part: string, formats: readonly string[]][] = [
+  ['mesh', meshFormats],
+  ['labels', labelFormats],
+  ['ridges', ridgeFormats],
+  ['report', reportFormats],
 ];
 
-function choicesOf(job: Job): Choice[] {
-  const self = `v1/jobs/${job.id}`;
-  return [
-    ...kMeshes.map(([format, meaning]) => ({ name: format.toUpperCase(), meaning, path: `${self}/mesh?format=${format}`, extension: `-smooth.${format}` })),
-    { name: 'Labels, CSV', meaning: 'label and angle of every edge', path: `${self}/labels?format=csv`, extension: '-labels.csv' },
-    { name: 'Labels, JSON', meaning: 'the same for scripts', path: `${self}/labels?format=json`, extension: '-labels.json' },
-    { name: 'Ridges, JSON', meaning: 'ridge lines and corners', path: `${self}/ridges?format=json`, extension: '-ridges.json' },
-    { name: 'Ridges, GLB', meaning: 'lines to look at', path: `${self}/ridges?format=glb`, extension: '-ridges.glb' },
-    { name: 'Report', meaning: 'parameters, energies, timings', path: `${self}/report`, extension: '-report.json' },
-  ];
-}
-
 /** Saves bytes as a file. */
-export function save(blob: Blob, name: string): void {
-  const url = URL.createObjectURL(blob);
-  h('a', { href: url, download: name }).click();
+export function save(file: File): void {
+  const url = URL.createObjectURL(file);
+  h('a', { href: url, download: file.name }).click();
   setTimeout(() => URL.revokeObjectURL(url), 10_000);
 }
 
@@ -42,35 +36,35 @@ export interface Takings {
   failed: (error: unknown) => void;
 }
 
-/** Everything that can be taken away from a job. */
-export function downloadsOf(client: Client, job: Job, takings: Takings): HTMLElement {
-  const base = job.input.name.replace(/\.[^.]+$/, '') || 'mesh';
-  const list = h('ul', { class: 'downloads' });
-  fill(list, ...choicesOf(job).map((choice) => {
-    const button = h('button', {
-      type: 'button',
-      onclick: async () => {
-        button.disabled = true;
-        try {
-          save(await client.file(client.url(choice.path.split('?')[0]!, Object.fromEntries(new URLSearchParams(choice.path.split('?')[1])))), base + choice.extension);
-        } catch (error) {
-          takings.failed(error);
-        } finally {
-          button.disabled = false;
-        }
-      },
-    }, icon('down'), h('span', {}, choice.name), h('span', { class: 'quiet-text' }, choice.meaning));
-    return h('li', {}, button);
-  }));
-  const copied = h('span', { class: 'quiet-text', role: 'status' });
-  const linkButton = h('button', {
-    type: 'button', class: 'button',
+/** A button that is out of use while it works. */
+function busyButton(work: () => Promise<void>, failed: (error: unknown) => void, attributes: Record<string, unknown>, ...children: (Node | string)[]): HTMLButtonElement {
+  const button = h('button', {
+    type: 'button', ...attributes,
     onclick: async () => {
-      const link = await takings.link();
-      await navigator.clipboard.writeText(link).catch(() => undefined);
-      copied.textContent = 'The link is copied.';
+      button.disabled = true;
+      await work().catch(failed);
+      button.disabled = false;
     },
-  }, icon('link'), 'Link to this job');
-  return h('div', {}, list, h('div', { class: 'row wrap' },
-    h('button', { type: 'button', class: 'button', onclick: takings.picture }, icon('camera'), 'Picture'), linkButton, copied));
+  }, ...children);
+  return button;
+}
+
+/** Everything that can be taken away from a job: each part of it in each format, a picture, a link. */
+export function downloadsOf(client: Client, job: Job, { picture, link, failed }: Takings): HTMLElement {
+  const file = (part: string, format: string) => {
+    const name = `${part}.${format}`;
+    const title = part === 'mesh' ? (format === 'original' ? 'Original' : format.toUpperCase()) : `${part.charAt(0).toUpperCase()}${part.slice(1)}, ${format.toUpperCase()}`;
+    const work = async () => save(await client.file(`v1/jobs/${job.id}/${name}`));
+    return h('li', {}, busyButton(work, failed, {}, icon('down'), h('span', {}, title), h('span', { class: 'quiet-text' }, kMeanings[name] ?? (format === 'pb' ? 'a protobuf message' : ''))));
+  };
+  const copied = h('span', { class: 'quiet-text', role: 'status' });
+  const copy = async () => {
+    const address = await link();
+    const done = await navigator.clipboard.writeText(address).then(() => true, () => false);
+    fill(copied, done ? 'The link is copied.' : h('a', { href: address }, 'The link'));
+  };
+  return h('div', {},
+    h('ul', { class: 'downloads' }, ...kParts.flatMap(([part, formats]) => formats.map((format) => file(part, format)))),
+    h('div', { class: 'row wrap' }, busyButton(picture, failed, { class: 'button' }, icon('camera'), 'Picture'),
+      busyButton(copy, failed, { class: 'button' }, icon('link'), 'Link to this job'), copied));
 }

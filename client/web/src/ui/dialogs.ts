@@ -1,5 +1,5 @@
 import type { Client, Job } from 'creased-client';
-import { fill, h, iconButton } from './dom';
+import { h, iconButton } from './dom';
 import { count, stateWord } from './words';
 
 /** A window over the page, which closes by its button, by Escape, or by a click beside it. */
@@ -46,33 +46,43 @@ export function askForText(): Promise<string | undefined> {
   });
 }
 
+const kJobsPerPage = 50;
 const kDate = new Intl.DateTimeFormat(undefined, { dateStyle: 'medium', timeStyle: 'short' });
 
 /** The jobs of the service that this caller may see. */
 export async function showJobs(client: Client, open: (job: Job) => void): Promise<void> {
-  const list = h('ul', { class: 'jobs' }, h('li', {}, 'Asking the service…'));
-  const dialog = openDialog('Jobs', list);
-  const { jobs } = await client.jobs({ limit: 100 });
-  if (jobs.length === 0) return fill(list, h('li', { class: 'quiet-text' }, 'None yet.'));
-  fill(list, ...jobs.map((job) => {
+  const list = h('ul', { class: 'jobs' });
+  const note = h('p', { class: 'quiet-text', role: 'status' }, 'Asking the service…');
+  const more = h('button', { type: 'button', class: 'button', hidden: true, onclick: () => void add() }, 'Older jobs');
+  const dialog = openDialog('Jobs', list, note, more);
+  const item = (job: Job): HTMLElement => {
     const remove = iconButton('close', `Delete ${job.input.name || job.id}`, async () => {
       await client.remove(job.id);
-      item.remove();
+      row.remove();
     });
-    const item = h('li', { class: 'row' },
+    const row = h('li', { class: 'row' },
       h('button', { type: 'button', class: 'grow job', onclick: () => { dialog.close(); open(job); } },
         h('strong', {}, job.input.name || job.id),
         h('span', { class: `state ${job.state}` }, stateWord(job)),
         h('span', { class: 'quiet-text' }, `${count(job.input.faces, 'face')}, ${kDate.format(new Date(job.created_at))}`)),
       remove);
-    return item;
-  }));
+    return row;
+  };
+  let cursor: string | undefined;
+  const add = async () => {
+    const page = await client.jobs({ limit: kJobsPerPage, ...(cursor ? { cursor } : {}) });
+    list.append(...page.jobs.map(item));
+    cursor = page.next_cursor || undefined;
+    more.hidden = !cursor;
+    note.textContent = list.children.length > 0 ? '' : 'None yet.';
+  };
+  await add();
 }
 
 const kKeys: [string, string][] = [
   ['drag', 'turn'], ['shift + drag', 'move'], ['wheel or + −', 'come closer, go away'], ['arrow keys', 'turn; with shift, move'],
   ['space', 'flip between before and after'], ['d', 'divider'], ['f', 'everything in view'], ['w', 'wireframe'], ['r', 'ridges'],
-  ['m', 'measure'], ['o', 'open a file'], ['?', 'this list'],
+  ['m', 'measure'], ['i', 'the numbers in the middle of the view'], ['o', 'open a file'], ['?', 'this list'],
 ];
 
 export function showKeys(): void {

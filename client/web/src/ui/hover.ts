@@ -4,15 +4,22 @@ import type { Stage } from '../viewer/stage';
 import { fill, h } from './dom';
 import { number } from './words';
 
+const kTapPixels = 8;
 const kClasses = ['on a smooth part', 'on a ridge', 'a corner'];
 
 /** Says what is under the pointer when it rests there. */
 export class Hover {
-  readonly element = h('div', { class: 'card hover', hidden: true });
+  readonly element = h('div', { class: 'card hover', role: 'status', hidden: true });
   private timer = 0;
+  private pressed = { x: 0, y: 0 };
   private readonly known = new WeakMap<EdgeLabels, Map<string, number>>();
 
-  constructor(private readonly stage: Stage, private readonly outcome: () => Outcome | undefined) {
+  /** `valueAt` says what a vertex has of what the mesh is coloured by. */
+  constructor(
+    private readonly stage: Stage,
+    private readonly outcome: () => Outcome | undefined,
+    private readonly valueAt: (vertex: number) => string | undefined,
+  ) {
     const { canvas } = stage;
     canvas.addEventListener('pointermove', (event) => {
       this.hide();
@@ -21,10 +28,22 @@ export class Hover {
       }
     });
     canvas.addEventListener('pointerleave', () => this.hide());
-    canvas.addEventListener('pointerdown', () => this.hide());
+    canvas.addEventListener('pointerdown', (event) => {
+      this.hide();
+      this.pressed = { x: event.offsetX, y: event.offsetY };
+    });
+    canvas.addEventListener('pointerup', (event) => {
+      const { x, y } = this.pressed;
+      if (event.pointerType !== 'mouse' && Math.hypot(event.offsetX - x, event.offsetY - y) < kTapPixels) this.show(event.offsetX, event.offsetY);
+    });
   }
 
-  private hide(): void {
+  /** Says what is in the middle of the view, for those who work with keys. */
+  atMiddle(): void {
+    this.show(this.stage.canvas.clientWidth / 2, this.stage.canvas.clientHeight / 2);
+  }
+
+  hide(): void {
     clearTimeout(this.timer);
     this.element.hidden = true;
   }
@@ -37,6 +56,8 @@ export class Hover {
     const lines = [`face ${hit.face}, vertex ${source(hit.vertex)}`];
     const kind = hit.which === 'after' ? surface.vertexClass?.[hit.vertex] : undefined;
     if (kind !== undefined) lines.push(`vertex ${kClasses[kind] ?? ''}, segment ${surface.segment?.[hit.vertex] ?? '–'}`);
+    const value = hit.which === 'after' ? this.valueAt(hit.vertex) : undefined;
+    if (value) lines.push(value);
     const labels = this.outcome()?.labels;
     if (labels && hit.which === 'after') {
       const [a, b] = hit.edge.map(source) as [number, number];

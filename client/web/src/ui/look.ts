@@ -1,6 +1,7 @@
 import type { Surface } from '../mesh/surface';
-import { coloursOf, segmentColour, type Colouring } from '../viewer/material';
-import { fill, h, svg } from './dom';
+import type { Colouring } from '../viewer/material';
+import { fill, h } from './dom';
+import { Histogram } from './histogram';
 import { number } from './words';
 
 /** Something to colour a mesh by. */
@@ -11,9 +12,9 @@ export interface Measure {
   /** What the numbers are. */
   meaning: string;
   values: (surface: Surface) => Float32Array | undefined;
+  /** What can be done when there are none. */
+  missing?: { words: string; remedy: string; act: () => void };
 }
-
-const kBins = 56, kWidth = 296, kHeight = 64;
 
 /** Chooses what the mesh is coloured by; its histogram is the legend, and dragging over it selects. */
 export class ColourPicker {
@@ -22,8 +23,6 @@ export class ColourPicker {
   private readonly legend = h('div', { class: 'legend-box' });
   private chosen = '';
   private values?: Float32Array;
-  private range: [number, number] = [0, 1];
-  private selection?: [number, number];
 
   constructor(
     private readonly apply: (colouring?: Colouring) => void,
@@ -48,83 +47,24 @@ export class ColourPicker {
     this.chosen = this.select.value = name;
     const measure = this.measures.find((one) => one.name === name);
     const values = measure && this.surface && measure.values(this.surface);
-    delete this.selection;
     if (!measure || !values) {
       delete this.values;
-      fill(this.legend);
+      fill(this.legend, measure && h('span', { class: 'quiet-text' }, measure.missing?.words ?? 'This result does not have it.'),
+        measure?.missing && h('button', { type: 'button', class: 'button', onclick: measure.missing.act }, measure.missing.remedy));
       this.apply();
       return;
     }
     this.values = values;
-    this.range = measure.scale === 'classes' ? extent(values) : robustRange(values, measure.scale === 'diverging');
-    this.apply({ values, range: this.range, scale: measure.scale });
-    this.draw(measure);
+    const { unit, meaning, scale } = measure;
+    const range = scale === 'classes' ? extent(values) : robustRange(values, scale === 'diverging');
+    this.apply({ values, range, scale });
+    fill(this.legend, new Histogram({ name, unit, meaning, scale, values, range }, this.narrow).element);
   }
 
-  private draw(measure: Measure): void {
-    const values = this.values!, [low, high] = this.range;
-    const classes = measure.scale === 'classes';
-    const bins = classes ? Math.min(64, high - low + 1) : kBins;
-    const counts = new Float64Array(bins);
-    const width = classes ? 1 : (high - low) / bins || 1;
-    for (const x of values) {
-      if (classes && x < 0) continue;
-      counts[Math.min(bins - 1, Math.max(0, Math.floor((x - low) / width)))]! += 1;
-    }
-    const most = Math.max(...counts);
-    const stops = coloursOf(measure.scale);
-    const bars = Array.from(counts, (n, i) => {
-      const height = n === 0 ? 0 : Math.max(1.5, (Math.sqrt(n / most)) * (kHeight - 4));
-      return svg('rect', {
-        x: (i * kWidth) / bins, width: Math.max(0.5, kWidth / bins - 0.6), y: kHeight - height, height,
-        fill: classes ? segmentColour(low + i) : mixed(stops, (i + 0.5) / bins),
-      });
-    });
-    const band = svg('rect', { y: 0, height: kHeight, class: 'band', x: 0, width: 0 });
-    const picture = svg('svg', { viewBox: `0 0 ${kWidth} ${kHeight}`, class: 'histogram', preserveAspectRatio: 'none', role: 'img',
-      'aria-label': `${measure.name} from ${number(low)} to ${number(high)} ${measure.unit}` }, ...bars, band);
-    const note = h('span', { class: 'quiet-text', 'aria-live': 'polite' }, measure.meaning);
-    this.listen(picture as SVGSVGElement, band, note, measure);
-    fill(this.legend, picture as unknown as Node, h('div', { class: 'ends' }, h('span', {}, number(low)), h('span', {}, measure.unit), h('span', {}, number(high))), note);
-  }
-
-  private listen(picture: SVGSVGElement, band: SVGElement, note: HTMLElement, measure: Measure): void {
-    const [low, high] = this.range;
-    const span = measure.scale === 'classes' ? high - low + 1 : high - low;
-    let from: number | undefined;
-    const at = (event: PointerEvent) => {
-      const box = picture.getBoundingClientRect();
-      return Math.min(1, Math.max(0, (event.clientX - box.left) / box.width));
-    };
-    const show = (a: number, b: number) => {
-      const classes = measure.scale === 'classes';
-      const first = low + a * span, last = low + b * span;
-      const range: [number, number] = classes ? [Math.floor(first) - 0.25, Math.floor(last) + 0.25] : [a <= 0.002 ? -1e30 : first, b >= 0.998 ? 1e30 : last];
-      this.selection = range;
-      band.setAttribute('x', String(a * kWidth));
-      band.setAttribute('width', String(Math.max(1, (b - a) * kWidth)));
-      const inside = this.values!.reduce((n, x) => n + (x >= range[0] && x <= range[1] ? 1 : 0), 0);
-      note.textContent = classes ? `${Math.floor(first)} to ${Math.floor(last)}: ${inside} vertices` : `${number(first)} to ${number(last)}: ${inside} vertices. Click to show all.`;
-      this.narrow(range);
-    };
-    picture.addEventListener('pointerdown', (event) => {
-      picture.setPointerCapture(event.pointerId);
-      from = at(event);
-    });
-    picture.addEventListener('pointermove', (event) => {
-      if (from === undefined) return;
-      const to = at(event);
-      if (Math.abs(to - from) > 0.01) show(Math.min(from, to), Math.max(from, to));
-    });
-    picture.addEventListener('pointerup', (event) => {
-      if (from !== undefined && Math.abs(at(event) - from) <= 0.01) {
-        delete this.selection;
-        band.setAttribute('width', '0');
-        note.textContent = measure.meaning;
-        this.narrow();
-      }
-      from = undefined;
-    });
+  /** What a vertex has of what the mesh is coloured by, in words. */
+  valueAt(vertex: number): string | undefined {
+    const value = this.values?.[vertex];
+    return value === undefined ? undefined : `${this.chosen} ${number(value, 3)}`;
   }
 }
 
@@ -151,10 +91,4 @@ function robustRange(values: Float32Array, symmetric: boolean): [number, number]
   }
   const low = at(0.01), high = at(0.99);
   return high > low ? [low, high] : [low, low + 1];
-}
-
-function mixed(stops: string[], t: number): string {
-  const at = t * (stops.length - 1);
-  const low = Math.min(Math.floor(at), stops.length - 2);
-  return `color-mix(in srgb, ${stops[low]!}, ${stops[low + 1]!} ${(100 * (at - low)).toFixed(0)}%)`;
 }

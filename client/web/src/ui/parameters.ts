@@ -1,5 +1,6 @@
 import type { Parameters } from 'creased-client';
 import { fill, h } from './dom';
+import { parameterWords } from './words';
 
 export type Value = string | number | boolean;
 export type Values = Record<string, Value>;
@@ -36,11 +37,6 @@ const kPresets: Preset[] = [
 ];
 const kFront = 'strength';
 const kFrontGroups = ['Automatic setting', 'Job'];
-
-const words = (name: string): string => {
-  const text = name.replace(/_deg$/, '').replaceAll('_', ' ');
-  return text.charAt(0).toUpperCase() + text.slice(1);
-};
 
 /** The parameters of the next job as a form. Only what differs from the default is sent. */
 export class ParameterForm {
@@ -111,7 +107,13 @@ export class ParameterForm {
     });
   }
 
-  private change(name: string, value: Value | undefined): void {
+  /** Whether a parameter has an effect with the others as they are. */
+  allows(name: string): boolean {
+    const row = this.schema.properties[name];
+    return row !== undefined && this.applies(row);
+  }
+
+  change(name: string, value: Value | undefined): void {
     const row = this.schema.properties[name]!;
     this.errors.delete(name);
     if (value === undefined || value === row.default) delete this.values[name];
@@ -129,7 +131,7 @@ export class ParameterForm {
     const same = (preset: Preset) => JSON.stringify(preset.values) === JSON.stringify(this.values);
     const preset = kPresets.find(same);
     this.presets.value = preset?.name ?? '';
-    this.note.textContent = preset?.meaning ?? `${Object.keys(this.values).length} of your own: ${Object.keys(this.values).map(words).join(', ').toLowerCase()}.`;
+    this.note.textContent = preset?.meaning ?? `${Object.keys(this.values).length} of your own: ${Object.keys(this.values).map(parameterWords).join(', ').toLowerCase()}.`;
   }
 
   private draw(): void {
@@ -179,7 +181,7 @@ export class ParameterForm {
     const limits = range.minimum === undefined ? '' : `${range.minimum} to ${range.maximum}`;
     const input = this.input(name, row, id, range, error);
     return h('div', { class: `field${name in this.values ? ' changed' : ''}${error ? ' wrong' : ''}` },
-      h('div', { class: 'row' }, h('label', { for: id, title: name }, words(name)), input),
+      h('div', { class: 'row' }, h('label', { for: id, title: name }, parameterWords(name)), input),
       h('p', { class: 'hint', id: `${id}-hint` }, row.description, limits && ` ${limits}${unit ? ` ${unit}` : ''}.`),
       error && h('p', { class: 'error', id: `${id}-error`, role: 'alert' }, error));
   }

@@ -68,6 +68,11 @@ export class RunCard {
     if (performance.now() - this.drawn > 250) this.draw();
   }
 
+  lost(): void {
+    this.title.textContent = 'The connection is lost. Trying again';
+    this.left.textContent = '';
+  }
+
   ridges(count: number): void {
     this.ridgeCounts.push(count);
   }

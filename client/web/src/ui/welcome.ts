@@ -1,4 +1,6 @@
+import type { Job } from 'creased-client';
 import { h, icon, svg } from './dom';
+import { count, stateWord } from './words';
 
 export interface Ways {
   choose: () => void;
@@ -37,4 +39,11 @@ export function welcome(ways: Ways): HTMLElement {
       h('p', { class: 'quiet-text' }, 'No mesh at hand?'),
       card('part.ply', 'A machined part', 'flat faces, sharp ridges', partPicture()),
       card('scan.ply', 'A scan', 'curved all over, a scanner’s noise', scanPicture())));
+}
+
+/** The jobs of before, to go on with. */
+export function recent(jobs: readonly Job[], open: (job: Job) => void): HTMLElement {
+  const one = (job: Job) => h('button', { type: 'button', class: 'text-button', onclick: () => open(job) },
+    job.input.name || job.id, h('span', { class: 'quiet-text' }, ` ${count(job.input.faces, 'face')}, ${stateWord(job)}`));
+  return h('div', { class: 'recent', hidden: jobs.length === 0 }, h('p', { class: 'quiet-text' }, 'Or go on with'), ...jobs.map(one));
 }

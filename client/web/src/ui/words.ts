@@ -9,6 +9,11 @@ export const number = (x: number, digits = 3): string => {
   if (size >= 1e5 || size < 1e-4) return x.toExponential(Math.max(0, digits - 1)).replace('e+', 'e');
   return Number(x.toPrecision(digits)).toString();
 };
+/** The name of a parameter as words. */
+export const parameterWords = (name: string): string => {
+  const text = name.replace(/_deg$/, '').replaceAll('_', ' ');
+  return text.charAt(0).toUpperCase() + text.slice(1);
+};
 export const percent = (x: number): string => `${number(100 * x, 2)} %`;
 
 export function seconds(s: number): string {

@@ -99,6 +99,11 @@ export class Orbit {
     element.addEventListener('keydown', (event) => this.key(event, element.clientHeight));
   }
 
+  /** From what is looked at to the eye. */
+  get towardsEye(): [number, number, number] {
+    return new Vector3(0, 0, 1).applyQuaternion(this.turn).toArray();
+  }
+
   get dragging(): boolean {
     return this.pointers.size > 0;
   }
