@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "server/http/cors.h"
+#include "server/transport/cors.h"
 
 namespace creased {
 namespace {

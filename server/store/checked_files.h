@@ -8,7 +8,7 @@
 #include <string_view>
 #include <unordered_map>
 
-#include "server/store/durable_file.h"
+#include "server/base/durable_file.h"
 #include "server/store/store.h"
 
 namespace creased {

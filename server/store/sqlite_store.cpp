@@ -9,9 +9,9 @@
 #include <random>
 
 #include "crease/v1/stored.pb.h"
+#include "server/base/durable_file.h"
+#include "server/base/failure.h"
 #include "server/jobs/needs.h"
-#include "server/store/durable_file.h"
-#include "server/store/failure.h"
 #include "server/store/job_row.h"
 #include "server/store/recovery.h"
 #include "server/store/sqlite_schema.h"

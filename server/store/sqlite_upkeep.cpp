@@ -5,7 +5,7 @@
 
 #include "crease/v1/result.pb.h"
 #include "proto/convert.h"
-#include "server/store/durable_file.h"
+#include "server/base/durable_file.h"
 #include "server/store/job_row.h"
 #include "server/store/sqlite_store.h"
 

@@ -19,7 +19,7 @@
 #include "crease/v1/result.pb.h"
 #include "proto/convert.h"
 #include "proto/parameter_table.h"
-#include "server/store/failure.h"
+#include "server/base/failure.h"
 #include "server/worker/channel.h"
 #include "server/worker/checkpoint_file.h"
 #include "server/worker/mapped_file.h"

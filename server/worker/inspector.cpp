@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "crease/v1/compute.pb.h"
-#include "server/store/failure.h"
+#include "server/base/failure.h"
 #include "server/worker/sandbox.h"
 
 namespace creased {

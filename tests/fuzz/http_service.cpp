@@ -14,7 +14,7 @@
 #include "crease/v1/result.pb.h"
 #include "proto/convert.h"
 #include "proto/parameter_table.h"
-#include "server/http/api.h"
+#include "server/api/api.h"
 #include "tests/support/meshes.h"
 #include "tests/support/server_process.h"
 #include "tests/support/store_support.h"

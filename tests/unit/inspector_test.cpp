@@ -14,8 +14,8 @@
 
 #include "core/job.h"
 #include "proto/convert.h"
-#include "server/store/durable_file.h"
-#include "server/store/failure.h"
+#include "server/base/durable_file.h"
+#include "server/base/failure.h"
 #include "server/worker/sanitized.h"
 #include "tests/support/meshes.h"
 #include "tests/support/server_process.h"
