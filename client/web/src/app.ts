@@ -258,8 +258,10 @@ export class Workbench {
     if (job.state === 'queued' || job.state === 'running') {
       const snapshots = new Snapshots(this.client, job.id, signal, (surface) => this.showSnapshot(surface));
       for await (const event of this.client.follow(job.id, { signal })) {
-        if (event.type === 'progress') this.run.update(event.progress);
-        else if (event.type === 'lost') this.run.lost();
+        if (event.type === 'progress') {
+          this.run.update(event.progress);
+          if (event.progress.stage !== 'queued') this.say(job.input.name || job.id, 'running');
+        } else if (event.type === 'lost') this.run.lost();
         else job = event.job;
       }
       snapshots.stop();
@@ -362,6 +364,8 @@ export class Workbench {
   private async again(): Promise<void> {
     const { job, outcome } = this;
     if (outcome) this.compared = outcome;
+    // A job that is not wanted any more does not keep the next one waiting.
+    if (this.upload && job && (job.state === 'queued' || job.state === 'running')) await this.attempt(() => this.client.cancel(job.id));
     if (!this.upload && job) {
       await this.attempt(async () => {
         const bytes = await this.client.mesh(job.id, { format: 'ply', measured: true });

@@ -75,7 +75,7 @@ export function measuresOf({ measured, labels, edgeLength, other, askForUncertai
       meaning: 'How far this result is from the one it is compared with.',
       values: (surface) => along(other, surface, edgeLength) });
   }
-  measures.push({ name: 'curvature', unit: 'turns of the normal per edge length', scale: 'diverging',
+  measures.push({ name: 'curvature', unit: 'radians per edge length', scale: 'diverging',
     meaning: 'How the surface bends. Blue is hollow, red bulges.', values: (surface) => curvature(surface, edgeLength) });
   measures.push({ name: 'ridge label', unit: 'probability', scale: 'sequential',
     meaning: 'The largest label of the edges at each vertex.', values: (surface) => surface.label });

@@ -44,9 +44,29 @@ export function smoothNormals(positions: Float32Array, index: Uint32Array): Floa
   return normals;
 }
 
+// Of a half-sphere, the mean of the normals has half the length of one.
+const kFacesOneWay = 0.4, kFacesLookedAt = 50_000;
+
 export interface Bounds {
   centre: [number, number, number];
   radius: number;
+}
+
+/** Where an open surface faces: the mean of its normals, or nothing for one that faces all ways. */
+export function facing({ positions, index }: Surface): [number, number, number] | undefined {
+  const sum: [number, number, number] = [0, 0, 0];
+  let area = 0;
+  // Some faces of a large mesh are enough.
+  const step = 3 * Math.ceil(index.length / 3 / kFacesLookedAt);
+  for (let f = 0; f < index.length; f += step) {
+    const [a, b, c] = [3 * index[f]!, 3 * index[f + 1]!, 3 * index[f + 2]!];
+    const u = [0, 1, 2].map((k) => positions[b + k]! - positions[a + k]!), v = [0, 1, 2].map((k) => positions[c + k]! - positions[a + k]!);
+    const normal = [u[1]! * v[2]! - u[2]! * v[1]!, u[2]! * v[0]! - u[0]! * v[2]!, u[0]! * v[1]! - u[1]! * v[0]!];
+    normal.forEach((x, k) => { sum[k]! += x; });
+    area += Math.hypot(...normal);
+  }
+  const length = Math.hypot(...sum);
+  return length > kFacesOneWay * area ? (sum.map((x) => x / length) as [number, number, number]) : undefined;
 }
 
 export function boundsOf(positions: Float32Array): Bounds {

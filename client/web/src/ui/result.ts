@@ -1,6 +1,6 @@
 import type { Job, RidgeLines } from 'creased-client';
 import { fill, h } from './dom';
-import { choiceWords, count, findings, noiseWord, number, parameterWords, percent, seconds, stateWord } from './words';
+import { choiceWords, count, findings, noiseWord, number, parameterWords, percent, stateWord } from './words';
 
 type RidgeLine = RidgeLines['ridges'][number];
 
@@ -12,7 +12,7 @@ export function factsOf(job: Job): HTMLElement {
   const { input } = job;
   const sigma = job.result?.choice?.noise_sigma ?? input.noise_sigma;
   return h('div', { class: 'facts' },
-    h('p', {}, h('strong', {}, `Noise: ${noiseWord(sigma)}`), h('span', { class: 'quiet-text' }, ` (${number(sigma, 2)} edges)`)),
+    h('p', {}, h('strong', {}, `Noise: ${noiseWord(sigma)}`), h('span', { class: 'quiet-text' }, ` (${number(sigma, 2)} edge lengths${job.result ? '' : ', at first sight'})`)),
     h('ul', { class: 'findings' }, ...findings(job).map((one) => h('li', { class: one.tone }, one.text))));
 }
 
@@ -25,8 +25,8 @@ const kFigures: Figure[] = [
   ['Length of ridges', (job) => number(job.result!.ridge_length, 4)],
   ['Moved, typically', (job) => `${number(job.result!.rms_displacement, 2)} edges`],
   ['Moved, at most', (job) => `${number(job.result!.max_displacement, 2)} edges`],
-  ['Volume', (job) => `${job.result!.volume_change >= 0 ? '+' : '−'}${percent(Math.abs(job.result!.volume_change))}`],
-  ['Time', (job) => seconds(job.result!.seconds)],
+  ['Volume', (job) => job.input.boundary_edges > 0 ? 'open' : `${job.result!.volume_change >= 0 ? '+' : '−'}${percent(Math.abs(job.result!.volume_change))}`],
+  ['Time', (job) => `${number(job.result!.seconds, 2)} s`],
 ];
 
 const shown = (value: unknown): string => (value === undefined ? '–' : typeof value === 'number' ? number(value, 4) : String(value).replaceAll('_', ' '));

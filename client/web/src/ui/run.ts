@@ -62,7 +62,7 @@ export class RunCard {
   update(progress: Progress): void {
     this.title.textContent = stageWord(progress.stage);
     this.bar.value = progress.fraction;
-    this.left.textContent = progress.eta_seconds > 0 ? `about ${seconds(progress.eta_seconds)} left` : '';
+    this.left.textContent = progress.eta_seconds >= 1 ? `about ${seconds(progress.eta_seconds)} left` : '';
     if (!progress.energy || progress.sweeps === 0) return;
     this.past.push(progress);
     if (performance.now() - this.drawn > 250) this.draw();

@@ -40,7 +40,7 @@ export function findings({ input, warnings }: Job): Finding[] {
   const say = (tone: Finding['tone'], text: string) => found.push({ tone, text });
   say('plain', `${count(input.vertices, 'vertex', 'vertices')} and ${count(input.faces, 'face')} in ${count(input.components, 'piece')}.`);
   if (input.boundary_edges === 0 && input.nonmanifold_edges === 0) say('good', 'Closed: every edge lies between two faces.');
-  else if (input.boundary_edges > 0) say('plain', `Open: ${count(input.boundary_edges, 'boundary edge')}. Boundaries stay where they are in the mesh.`);
+  else if (input.boundary_edges > 0) say('plain', `Open: ${count(input.boundary_edges, 'boundary edge')}. It stays open.`);
   if (input.nonmanifold_edges > 0) say('care', `${count(input.nonmanifold_edges, 'edge lies', 'edges lie')} between more than two faces. They are kept.`);
   if (input.degenerate_faces > 0) say('care', `${count(input.degenerate_faces, 'face has', 'faces have')} no area.`);
   if (input.duplicate_faces > 0) say('care', `${count(input.duplicate_faces, 'face is', 'faces are')} there twice.`);
@@ -83,8 +83,17 @@ export function choiceWords(job: Job): string[] {
   const kind = kSurfaces[choice.surface];
   if (kind) words.push(`The mesh was taken for ${kind}.`);
   const tried = choice.candidates.length;
-  if (tried > 1) words.push(`Of ${count(tried, 'setting')}, the one with the smallest expected error was taken.`);
+  if (tried > 1) words.push(`Of ${count(tried, 'setting')}, the one with the smallest expected error was taken${otherKinds(choice)}.`);
   return words;
+}
+
+type Choice = NonNullable<NonNullable<Job['result']>['choice']>;
+
+/** How much worse another kind of surface would have been. */
+function otherKinds({ surface, margin, candidates }: Choice): string {
+  const other = candidates.find((one) => one.surface !== surface && one.surface in kSurfaces);
+  if (!other || margin <= 0) return '';
+  return `; taken for ${kSurfaces[other.surface]}, it would be about ${percent(margin)} larger`;
 }
 
 export function stateWord(job: Job): string {

@@ -1,8 +1,11 @@
-import { PerspectiveCamera, Quaternion, Vector3 } from 'three';
+import { Matrix4, PerspectiveCamera, Quaternion, Vector3 } from 'three';
 import type { Bounds } from '../mesh/surface';
 
 const kTurnPerPixel = 0.006;
 const kFieldOfView = 32;
+const kCorner = new Vector3(0.62, -0.95, 0.62).normalize();
+// Seen this much along z, z cannot be up.
+const kSteep = 0.7;
 
 /** A camera that turns freely around a target, by mouse, touch, wheel and keys. Several canvases may share one. */
 export class Orbit {
@@ -10,22 +13,30 @@ export class Orbit {
   readonly target = new Vector3();
   readonly turn = new Quaternion();
   distance = 5;
+  private readonly eye = kCorner.clone();
+  private readonly up = new Vector3(0, 0, 1);
   private radius = 1;
   private readonly pointers = new Map<number, { x: number; y: number }>();
 
   constructor(private readonly changed: () => void) {}
 
-  /** Looks at everything, from a corner. */
-  frame({ centre, radius }: Bounds, keepDirection = false): void {
+  /** Where `frame` looks from: a little beside this direction, or from a corner of the box without one. */
+  lookFrom(direction?: readonly [number, number, number]): void {
+    this.eye.copy(kCorner);
+    this.up.set(0, 0, 1);
+    if (!direction) return;
+    const towards = new Vector3(...direction);
+    if (Math.abs(towards.z) > kSteep) this.up.set(0, 1, 0);
+    const right = this.up.clone().cross(towards).normalize();
+    this.eye.copy(towards).addScaledVector(right, 0.3).addScaledVector(towards.clone().cross(right), 0.25).normalize();
+  }
+
+  /** Looks at everything. */
+  frame({ centre, radius }: Bounds): void {
     this.radius = radius;
     this.target.set(...centre);
-    if (!keepDirection) {
-      const eye = new Vector3(0.62, -0.95, 0.62).normalize();
-      const right = new Vector3(0, 0, 1).cross(eye).normalize();
-      const camera = new PerspectiveCamera();
-      camera.matrix.makeBasis(right, eye.clone().cross(right), eye);
-      this.turn.setFromRotationMatrix(camera.matrix);
-    }
+    const right = this.up.clone().cross(this.eye).normalize();
+    this.turn.setFromRotationMatrix(new Matrix4().makeBasis(right, this.eye.clone().cross(right), this.eye));
     this.distance = this.fitting();
     this.apply();
   }

@@ -1,5 +1,5 @@
 import { Color, Scene, Vector3, WebGLRenderer } from 'three';
-import { boundsOf, type Bounds, type Surface } from '../mesh/surface';
+import { boundsOf, facing, type Bounds, type Surface } from '../mesh/surface';
 import { Orbit } from './camera';
 import { Layer } from './layer';
 import { Picker, type Hit } from './pick';
@@ -66,6 +66,7 @@ export class Stage {
     this.after.clear();
     this[which].setSurface(surface, this.originNow);
     this.arrangement = which;
+    this.orbit.lookFrom(facing(surface));
     this.orbit.frame(this.bounds);
   }
 
@@ -74,6 +75,7 @@ export class Stage {
     this.redraw();
   }
 
+  /** Everything in view again, as it was at first. */
   reframe(): void {
     this.orbit.frame(this.bounds);
   }
