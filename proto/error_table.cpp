@@ -30,6 +30,8 @@ constexpr std::array kTable = std::to_array<ErrorKind>({
     {"json_invalid", 400, "The JSON is not valid"},
     {"key_queue_full", 429, "This key has too many queued jobs"},
     {"key_streams_full", 429, "This key has too many open event streams"},
+    {"link_expired", 410, "The link has expired"},
+    {"link_invalid", 403, "The link is not valid"},
     {"memory_exhausted", 500, "The job exceeded its memory limit"},
     {"mesh_count_mismatch", 422, "The counts in the mesh file do not match its content"},
     {"mesh_empty", 422, "The mesh file is empty"},

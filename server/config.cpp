@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "server/transport/cors.h"
+#include "server/transport/http_head.h"
 
 namespace creased {
 namespace {
@@ -84,7 +85,7 @@ void add_access_options(CLI::App& command, AccessConfig& config) {
           "Allow calls without a key from anyone who can reach --host. A host other than loopback needs this or --keys")
       ->envname("CREASED_OPEN");
   add_list(command, "--trusted-proxy", config.trusted_proxies,
-           "Addresses or blocks of proxies whose X-Forwarded-For header is trusted");
+           "Addresses or blocks of proxies whose headers X-Forwarded-For and X-Forwarded-Prefix are trusted");
   add_list(command, "--cors-origin", config.cors_origins,
            "Origins whose web pages may call the service; * allows any and needs --open");
   add(command, "--max-connections-per-address", config.max_connections_per_address,
@@ -247,6 +248,9 @@ void add_serve_options(CLI::App& command, ServeConfig& config) {
   add(command, "--host", config.host, "Address to listen on");
   add(command, "--port", config.port, "Port to listen on; 0 takes any free one")->check(CLI::Range(0, 65'535));
   add_path(command, "--port-file", config.port_file, "File to write the port to once the server listens");
+  add(command, "--base-path", config.base_path,
+      "Path below which clients find the service, such as /meshes; a trusted proxy may name another in "
+      "X-Forwarded-Prefix");
   add_path(command, "--page-dir", config.page_dir,
            "Folder of the web page; by default the one that is installed with this binary");
   add_store_options(command, config.store);
@@ -305,6 +309,9 @@ Gatekeeper::Options gatekeeper_options(const ServeConfig& config) {
 
 std::string refusal(const ServeConfig& config) {
   if (std::string reason = access_refusal(config); !reason.empty()) return reason;
+  if (!config.base_path.empty() && !is_path_prefix(config.base_path)) {
+    return "--base-path " + config.base_path + " is not a path like /meshes, without a slash at its end";
+  }
   if (config.retention_hours > config.max_retention_hours) {
     return "--retention-hours must not exceed --max-retention-hours";
   }

@@ -65,6 +65,7 @@ struct ServeConfig {
   std::string host = "127.0.0.1";
   int port = 8080;
   std::filesystem::path port_file;
+  std::string base_path;           ///< what clients have before each path; empty for nothing
   std::filesystem::path page_dir;  ///< empty for the page that is installed with the binary
   std::size_t workers = 1;
   std::size_t max_upload_mb = 512;

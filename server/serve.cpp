@@ -38,6 +38,7 @@ GuardedServer::Options server_options(const ServeConfig& config) {
   options.max_connections = config.max_connections;
   options.max_connections_per_address = config.access.max_connections_per_address;
   options.trusted_proxies = AddressList(config.access.trusted_proxies);
+  options.base_path = config.base_path;
   return options;
 }
 
@@ -108,11 +109,13 @@ class Service {
   Service(const ServeConfig& config, const std::filesystem::path& executable)
       : gate_(gatekeeper_options(config)),
         store_(open_store(recovering(store_options(config.store)))),
+        links_(LinkSigner::of_folder(config.store.data_dir)),
         health_(*store_, config.workers > 0),
         inspector_(inspector_options(config, executable)),
         watcher_(*store_, kPoll, [this](const crease::v1::Job& job) { metrics_.count_state(job); }),
-        api_({*store_, inspector_, watcher_, metrics_, gate_, shutting_down_, CorsPolicy(config.access.cors_origins),
-              config.max_streams, parameter_settings(config), [this] { return health_.reason(); },
+        api_({*store_, inspector_, watcher_, metrics_, gate_, links_, shutting_down_,
+              CorsPolicy(config.access.cors_origins), config.max_streams, parameter_settings(config),
+              [this] { return health_.reason(); },
               config.page_dir.empty() ? Page::installed_folder(executable) : config.page_dir}),
         housekeeper_(*store_, kHousekeeping,
                      [this](const std::string& id) {
@@ -213,6 +216,7 @@ class Service {
   std::atomic<bool> shutting_down_{false};
   Gatekeeper gate_;
   std::unique_ptr<Store> store_;
+  LinkSigner links_;
   Health health_;
   Metrics metrics_;
   Inspector inspector_;

@@ -33,6 +33,9 @@ std::string normal_url(std::string url) {
   return url.find("://") == std::string::npos ? "http://" + url : url;
 }
 
+/// Where the path of a URL begins; its end when it has none.
+std::size_t path_start(const std::string& url) { return std::min(url.find('/', url.find("://") + 3), url.size()); }
+
 /// \throw Failure file_unreadable, usage when the file holds no key
 std::string key_of(const Server& server) {
   if (!server.key.empty() || server.key_file.empty()) return server.key;
@@ -112,7 +115,10 @@ httplib::Result post_form(httplib::Client& http, const std::string& target, Uplo
 class ServiceClient::Connection {
  public:
   Connection(const Server& server, Interruption& interruption)
-      : url_(normal_url(server.url)), interruption_(interruption), http_(url_) {
+      : url_(normal_url(server.url)),
+        prefix_(url_.substr(path_start(url_))),
+        interruption_(interruption),
+        http_(url_.substr(0, path_start(url_))) {
     if (!http_.is_valid()) throw Failure(code::kUsage, fmt::format("'{}' is not a valid server URL", server.url));
     if (const std::string key = key_of(server); !key.empty()) http_.set_bearer_token_auth(key);
     http_.set_connection_timeout(kConnectTimeout);
@@ -123,6 +129,11 @@ class ServiceClient::Connection {
   ~Connection() { interruption_.set_action({}); }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
+
+  /// The path and query of a call on this server.
+  std::string target(const std::string& path, const Query& query = {}) const {
+    return query.empty() ? prefix_ + path : httplib::append_query_params(prefix_ + path, query);
+  }
 
   httplib::Client& http() {
     interruption_.check();
@@ -162,12 +173,12 @@ class ServiceClient::Connection {
 
   void fetch(const std::string& path, const Query& query, const Receiver& receive) {
     std::string refusal;
-    const auto result = stream(httplib::append_query_params(path, query), {}, receive, refusal);
+    const auto result = stream(target(path, query), {}, receive, refusal);
     require(result, refusal);
   }
 
  private:
-  std::string url_;
+  std::string url_, prefix_;
   Interruption& interruption_;
   httplib::Client http_;
 };
@@ -182,7 +193,7 @@ Json ServiceClient::submit(const std::filesystem::path& mesh, const std::string&
   Query query = query_of(parameters);
   query.emplace("name", mesh.filename().string());
   if (!format.empty()) query.emplace("format", format);
-  const std::string target = httplib::append_query_params("/v1/jobs", query);
+  const std::string target = connection_->target("/v1/jobs", query);
   UploadStream upload(mesh);
   httplib::Client& http = connection_->http();
   return parse_answer(connection_->body_of(weights.empty() ? post_raw(http, target, upload)
@@ -192,10 +203,12 @@ Json ServiceClient::submit(const std::filesystem::path& mesh, const std::string&
 Json ServiceClient::get(const std::string& path, const Query& query) { return parse_answer(download(path, query)); }
 
 Json ServiceClient::post(const std::string& path) {
-  return parse_answer(connection_->body_of(connection_->http().Post(path)));
+  return parse_answer(connection_->body_of(connection_->http().Post(connection_->target(path))));
 }
 
-void ServiceClient::remove(const std::string& path) { connection_->body_of(connection_->http().Delete(path)); }
+void ServiceClient::remove(const std::string& path) {
+  connection_->body_of(connection_->http().Delete(connection_->target(path)));
+}
 
 std::uint64_t ServiceClient::download(const std::string& path, const Query& query, const std::filesystem::path& file) {
   OutputFile output(file);
@@ -229,7 +242,7 @@ bool ServiceClient::listen(const std::string& id, std::string& last_event_id, Js
   if (!last_event_id.empty()) headers.emplace("Last-Event-ID", last_event_id);
   std::string refusal;
   const auto result = connection_->stream(
-      "/v1/jobs/" + id + "/events", headers,
+      connection_->target("/v1/jobs/" + id + "/events"), headers,
       [&](std::string_view bytes) {
         for (const Event& event : parser.feed(bytes)) on_event(event);
         return !ended;

@@ -17,7 +17,7 @@ using Query = std::multimap<std::string, std::string>;
 
 /// A service and the key for it.
 struct Server {
-  std::string url;                 ///< http://host:port or https://host
+  std::string url;                 ///< http://host:port or https://host, with any path before those of the service
   std::string key;                 ///< empty: use the key file
   std::filesystem::path key_file;  ///< empty for none
 };

@@ -62,6 +62,15 @@ Caller Gatekeeper::identify(std::string_view authorization) const {
   return caller;
 }
 
+Caller Gatekeeper::caller_of(const std::string& owner) const {
+  Caller caller{nullptr, options_.open};
+  if (!keyed()) return caller;
+  const std::lock_guard lock(mutex_);
+  caller.key = keys_->with_id(owner);
+  if (caller.key != nullptr) caller.limits = caller.key->limits;
+  return caller;
+}
+
 std::chrono::seconds Gatekeeper::count_call(const Caller& caller, const Source& source) {
   if (caller.key == nullptr && source.local) return {};
   const Rate& rate = caller.limits.requests;

@@ -50,6 +50,9 @@ class Gatekeeper {
   /// not valid.
   Caller identify(std::string_view authorization) const;
 
+  /// The caller whose jobs this owner's are. It has no key when the service has none or the owner's is revoked.
+  Caller caller_of(const std::string& owner) const;
+
   /// Counts a call. Returns zero when it is within the caller's rate, otherwise the time until the next call is
   /// allowed. Without a key, the rate is that of the address, and of IPv6 addresses of one site together eight times
   /// that.

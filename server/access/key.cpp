@@ -65,6 +65,11 @@ KeyRing::KeyRing(std::vector<Key> keys) {
   }
 }
 
+std::shared_ptr<const Key> KeyRing::with_id(const std::string& id) const {
+  const auto found = by_id_.find(id);
+  return found == by_id_.end() ? nullptr : found->second;
+}
+
 std::shared_ptr<const Key> KeyRing::find(std::string_view text) const {
   static const auto nobody = std::make_shared<const Key>();
   const auto found = by_id_.find(id_of(text));

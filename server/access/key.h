@@ -55,6 +55,8 @@ class KeyRing {
 
   /// The key with this text; null when there is none. Takes the same time in both cases.
   std::shared_ptr<const Key> find(std::string_view text) const;
+  /// The key with this id; null when there is none.
+  std::shared_ptr<const Key> with_id(const std::string& id) const;
   bool has(const std::string& id) const { return by_id_.contains(id); }
   std::size_t size() const { return by_id_.size(); }
 

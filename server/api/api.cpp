@@ -9,6 +9,7 @@
 #include "proto/error_table.h"
 #include "proto/parameter_table.h"
 #include "server/api/jobs.h"
+#include "server/api/links.h"
 #include "server/api/openapi.h"
 #include "server/api/problem.h"
 #include "server/api/samples.h"
@@ -59,6 +60,7 @@ Api::Api(const Services& services)
       {"delete_job", [this](Call& call) { delete_job(services_, call); }},
       {"cancel_job", [this](Call& call) { cancel_job(services_, call); }},
       {"watch_job", [this](Call& call) { streams_.open(call); }},
+      {"create_link", [this](Call& call) { create_link(services_.links, services_.store, call); }},
       {"get_mesh", [this](Call& call) { downloads_.get_mesh(call); }},
       {"get_labels", [this](Call& call) { downloads_.get_labels(call); }},
       {"get_ridges", [this](Call& call) { downloads_.get_ridges(call); }},
@@ -75,8 +77,12 @@ Api::Api(const Services& services)
        }},
       {"get_readiness", [this](Call& call) { get_readiness(call); }},
       {"get_metrics", [this](Call& call) { get_metrics(call); }},
-      {"get_openapi", [document = openapi_document(services.parameters)](
-                          Call& call) { answer_json(call, document, "application/vnd.oai.openapi+json;version=3.1"); }},
+      {"get_openapi",
+       [document = openapi_document(services.parameters)](Call& call) {
+         auto answer = document;
+         if (!call.exchange.base.empty()) answer["servers"][0]["url"] = call.exchange.base;
+         answer_json(call, answer, "application/vnd.oai.openapi+json;version=3.1");
+       }},
   };
   for (const auto& route : routes()) {
     if (handlers_.count(route.operation) == 0) throw std::logic_error("no handler for " + route.operation);
@@ -132,11 +138,15 @@ std::uint64_t Api::begin(Exchange& exchange) {
 
 void Api::admit(Exchange& exchange, const RouteMatch& match) {
   const Access access = match.route == nullptr ? Access::kKey : match.route->access;
-  if (access == Access::kProbe) return;
+  if (access == Access::kProbe || exchange.path.empty()) return;
   count(exchange, match);
   // Browsers send preflight requests without the key.
   if (exchange.head.method == "OPTIONS") return;
-  check_key(exchange, access);
+  if (is_linked(exchange, match.route)) {
+    follow_link(services_.links, services_.gate, exchange);
+  } else {
+    check_key(exchange, access);
+  }
   if (services_.cors.forbids(exchange.head)) {
     throw Error("origin_not_allowed",
                 fmt::format("pages from {} may not change anything on this server", exchange.head.header("Origin")));
@@ -177,6 +187,12 @@ Api::ServerResult Api::before_routing(const httplib::Request& request, httplib::
   const RouteMatch match = match_route(request.method, request.path);
   const Exchange& exchange = exchange_of(request);
   if (exchange.refusal) return refuse(exchange, response);
+  if (exchange.path.empty()) {
+    // Addresses in the page are relative to the slash.
+    response.status = 308;
+    response.set_header("Location", exchange.base + "/");
+    return ServerResult::Handled;
+  }
   if (request.method == "OPTIONS" && (request.path == "*" || !match.allowed.empty())) {
     response.status = 204;
     response.set_header("Allow", request.path == "*" ? "GET, HEAD, POST, DELETE, OPTIONS"
@@ -252,10 +268,13 @@ void Api::get_metrics(Call& call) {
 
 void Api::finished(const ExchangeSummary& exchange) {
   services_.metrics.count(exchange);
-  nlohmann::ordered_json fields = {
-      {"id", exchange.request_id}, {"method", exchange.method},   {"path", without_secrets(exchange.target)},
-      {"status", exchange.status}, {"bytes", exchange.bytes_out}, {"ms", std::round(exchange.seconds * 1e4) / 10},
-      {"remote", exchange.remote}};
+  nlohmann::ordered_json fields = {{"id", exchange.request_id},
+                                   {"method", exchange.method},
+                                   {"path", without_secrets(without_signature(exchange.target))},
+                                   {"status", exchange.status},
+                                   {"bytes", exchange.bytes_out},
+                                   {"ms", std::round(exchange.seconds * 1e4) / 10},
+                                   {"remote", exchange.remote}};
   if (!exchange.key.empty()) fields["key"] = exchange.key;
   log_event(spdlog::level::info, "request", fields);
 }

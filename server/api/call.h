@@ -7,6 +7,7 @@
 
 #include "proto/parameter_table.h"
 #include "server/access/gatekeeper.h"
+#include "server/access/link_signer.h"
 #include "server/api/job_watcher.h"
 #include "server/api/metrics.h"
 #include "server/api/routes.h"
@@ -25,6 +26,7 @@ struct Services {
   JobWatcher& watcher;
   Metrics& metrics;
   Gatekeeper& gate;
+  const LinkSigner& links;
   const std::atomic<bool>& shutting_down;
   CorsPolicy cors;
   std::size_t max_streams = 0;
@@ -59,7 +61,7 @@ using Handler = std::function<void(Call&)>;
 /// The caller's job that the path names. \throw crease::Error job_not_found
 crease::v1::Job find_job(Store& store, const Call& call);
 
-/// A job as the API shows it, with its links.
-std::string job_json(const crease::v1::Job& job);
+/// A job as the API shows it, with its links, which begin with `base`.
+std::string job_json(const crease::v1::Job& job, const std::string& base);
 
 }  // namespace creased

@@ -21,10 +21,10 @@ std::uint64_t last_event_id(std::string_view header) {
   return error == std::errc() && stop == header.data() + header.size() ? id : 0;
 }
 
-std::string event_of(const JobView& view) {
+std::string event_of(const JobView& view, const std::string& base) {
   const bool ended = is_terminal(view.job.state());
   return fmt::format("id: {}\nevent: {}\ndata: {}\n\n", view.version, ended ? view.job.state() : "progress",
-                     ended ? job_json(view.job) : crease::json_text(view.job.progress()));
+                     ended ? job_json(view.job, base) : crease::json_text(view.job.progress()));
 }
 
 }  // namespace
@@ -73,13 +73,14 @@ class EventStreams::Slot {
 class EventStreams::Stream {
  public:
   Stream(JobWatcher& watcher, const Gatekeeper& gate, std::unique_ptr<JobWatcher::Subscription> subscription,
-         std::unique_ptr<Slot> slot, std::uint64_t version, GuardedStream& connection)
+         std::unique_ptr<Slot> slot, std::uint64_t version, const Exchange& exchange)
       : watcher_(watcher),
         gate_(gate),
         subscription_(std::move(subscription)),
         slot_(std::move(slot)),
         version_(version),
-        connection_(connection) {}
+        base_(exchange.base),
+        connection_(exchange.stream) {}
 
   /// Sends what is due. Returns false when the client has disconnected.
   bool next(httplib::DataSink& sink) {
@@ -102,7 +103,9 @@ class EventStreams::Stream {
 
   bool report(const JobView& view, httplib::DataSink& sink) {
     version_ = view.version;
-    if (!send(sink, view.event(event_of))) return false;
+    const auto make = [this](const JobView& of) { return event_of(of, base_); };
+    // The text that is kept is for those who have nothing before the paths.
+    if (!send(sink, base_.empty() ? view.event(make) : make(view))) return false;
     if (is_terminal(view.job.state())) sink.done();
     return true;
   }
@@ -123,6 +126,7 @@ class EventStreams::Stream {
   std::unique_ptr<JobWatcher::Subscription> subscription_;
   std::unique_ptr<Slot> slot_;
   std::uint64_t version_;
+  const std::string base_;
   GuardedStream& connection_;
   bool greeted_ = false;
   JobWatcher::Clock::time_point last_sent_;
@@ -157,8 +161,8 @@ void EventStreams::open(Call& call) {
     return;
   }
   call.response.set_header("X-Accel-Buffering", "no");
-  auto stream = std::make_shared<Stream>(watcher_, gate_, std::move(subscription), std::move(slot), version,
-                                         call.exchange.stream);
+  auto stream =
+      std::make_shared<Stream>(watcher_, gate_, std::move(subscription), std::move(slot), version, call.exchange);
   const auto provider = [stream](std::size_t, httplib::DataSink& sink) { return stream->next(sink); };
   if (call.exchange.head.version == "HTTP/1.1") {
     call.response.set_chunked_content_provider("text/event-stream", provider);

@@ -72,7 +72,7 @@ Json field_schema(const FieldDescriptor& field) {
 /// Whether JSON has the field even when it is empty. Of the messages inside others, a job without an end has no result,
 /// one that did not fail no error, and so on.
 bool is_always_there(const FieldDescriptor& field) {
-  static const std::set<std::string> sometimes = {"result", "error", "choice", "energy"};
+  static const std::set<std::string> sometimes = {"result", "error", "choice", "energy", "uncertainty"};
   const bool message = field.message_type() != nullptr && !field.is_repeated();
   return message ? !sometimes.contains(field.name()) : !field.has_presence();
 }
@@ -113,14 +113,37 @@ Json problem_schema() {
             {"request_id", text}}}};
 }
 
+Json array_of(Json items) { return {{"type", "array"}, {"items", std::move(items)}}; }
+
+/// Lists of so many numbers each: points, triangles, edges.
+Json tuples(const std::string& type, int size) {
+  return array_of({{"type", "array"}, {"items", {{"type", type}}}, {"minItems", size}, {"maxItems", size}});
+}
+
+/// A mesh in the format json.
+Json mesh_schema() {
+  const Json numbers = array_of({{"type", "number"}}), integers = array_of({{"type", "integer"}});
+  return {{"type", "object"},
+          {"required", {"positions", "triangles", "edges", "labels", "dihedral_deg", "extras"}},
+          {"properties",
+           {{"positions", tuples("number", 3)},
+            {"triangles", tuples("integer", 3)},
+            {"edges", tuples("integer", 2)},
+            {"labels", numbers},
+            {"dihedral_deg", numbers},
+            {"classes", integers},
+            {"segments", integers},
+            {"sigma", numbers},
+            {"extras", {{"type", "object"}}}}}};
+}
+
 // In JSON, edges are pairs; in the protobuf message they are a flat list.
 Json labels_schema() {
-  const Json numbers = {{"type", "array"}, {"items", {{"type", "number"}}}};
-  const Json pair = {{"type", "array"}, {"items", {{"type", "integer"}}}, {"minItems", 2}, {"maxItems", 2}};
+  const Json numbers = array_of({{"type", "number"}});
   return {{"type", "object"},
           {"required", {"edges", "labels", "dihedral_deg", "count", "threshold"}},
           {"properties",
-           {{"edges", {{"type", "array"}, {"items", pair}}},
+           {{"edges", tuples("integer", 2)},
             {"labels", numbers},
             {"dihedral_deg", numbers},
             {"count", {{"type", "integer"}}},
@@ -144,14 +167,24 @@ Json ridges_schema() {
            {{"ridges", {{"type", "array"}, {"items", line}}}, {"count", {{"type", "integer"}}}, {"corners", indices}}}};
 }
 
+Json link_schema() {
+  return {{"type", "object"},
+          {"required", {"url", "expires_at"}},
+          {"properties",
+           {{"url", {{"type", "string"}, {"format", "uri-reference"}}},
+            {"expires_at", {{"type", "string"}, {"format", "date-time"}}}}}};
+}
+
 Json component_schemas(Json parameters) {
   Json schemas = Json::object();
   parameters.erase("$schema");
   parameters.erase("$id");
   schemas["Parameters"] = std::move(parameters);
+  schemas["LabelledMesh"] = mesh_schema();
   schemas["EdgeLabels"] = labels_schema();
   schemas["RidgeLines"] = ridges_schema();
   schemas["Problem"] = problem_schema();
+  schemas["Link"] = link_schema();
   add_message(*crease::v1::JobList::descriptor(), schemas);
   add_message(*crease::v1::Report::descriptor(), schemas);
   return schemas;
@@ -182,7 +215,9 @@ Json operation_parameters(const Route& route, const Json& of_jobs) {
     all.push_back({{"name", name}, {"in", "path"}, {"required", true}, {"schema", {{"type", "string"}}}});
   }
   for (const auto& field : route.query) {
-    all.push_back(query_parameter(field.name, field.meaning, field_as_schema(field)));
+    Json parameter = query_parameter(field.name, field.meaning, field_as_schema(field));
+    if (field.required) parameter["required"] = true;
+    all.push_back(std::move(parameter));
   }
   if (route.operation == "watch_job") {
     all.push_back(header_parameter("Last-Event-ID", "Sends only what is newer than the event with this id."));
@@ -223,26 +258,41 @@ Json header(const std::string& meaning, const std::string& type) {
   return {{"description", meaning}, {"schema", {{"type", type}}}};
 }
 
+Json required_header(const std::string& meaning, Json schema) {
+  return {{"description", meaning}, {"required", true}, {"schema", std::move(schema)}};
+}
+
 Json content_schema(const std::string& type) {
   if (type.ends_with("json") && type.starts_with("application/")) return {{"type", "object"}};
   return type.starts_with("text/") ? Json{{"type", "string"}} : bytes_schema();
 }
 
+std::string tag(const Route& route) {
+  if (route.has_ranges() || route.operation == "get_report") return "Results";
+  return route.path.starts_with("/v1/jobs") ? "Jobs" : "Service";
+}
+
 /// Adds the headers that an answer of the route has when it succeeds.
 void add_headers(const Route& route, const RouteAnswer& answer, Json& response) {
   if (route.takes_parameters()) {
-    response["headers"]["Location"] = header("Path of the job.", "string");
+    response["headers"]["Location"] =
+        required_header("Path of the job.", {{"type", "string"}, {"format", "uri-reference"}});
     response["headers"]["Preference-Applied"] = header("wait=N where the answer waited for the end.", "string");
     response["headers"]["Idempotent-Replayed"] = header("true when the key had already made this job.", "boolean");
   }
-  if (!route.has_ranges()) return;
-  response["headers"]["ETag"] = header("Changes with the content.", "string");
+  const Json text = {{"type", "string"}};
+  if (route.has_ranges())
+    response["headers"]["ETag"] = header("Changes with the content; none for snapshots.", "string");
   if (answer.status == 304) return;
-  response["headers"]["Accept-Ranges"] = header("bytes.", "string");
-  if (route.operation == "get_mesh") {
-    response["headers"]["Content-Disposition"] = header("File name of the mesh.", "string");
+  if (tag(route) == "Results") response["headers"]["Content-Disposition"] = required_header("Name of the file.", text);
+  if (route.has_ranges()) {
+    response["headers"]["Accept-Ranges"] = required_header("Ranges are in bytes.", {{"const", "bytes"}});
   }
-  if (answer.status == 206) response["headers"]["Content-Range"] = header("The bytes of the answer.", "string");
+  if (answer.status == 206) {
+    response["headers"]["Content-Range"] =
+        required_header("The bytes of the answer, and how many there are.",
+                        {{"type", "string"}, {"pattern", "^bytes [0-9]+-[0-9]+/[0-9]+$"}});
+  }
 }
 
 Json success(const Route& route, const RouteAnswer& answer) {
@@ -266,9 +316,11 @@ std::vector<std::string> access_problems(const Route& route) {
 
 /// Adds the headers that a refusal with this status has.
 void add_headers(int status, Json& response) {
-  if (status == 401) response["headers"]["WWW-Authenticate"] = header("Bearer.", "string");
+  if (status == 401) response["headers"]["WWW-Authenticate"] = required_header("Bearer.", {{"type", "string"}});
+  if (status == 405) response["headers"]["Allow"] = required_header("The methods of the path.", {{"type", "string"}});
   if (status == 429 || status == 503) {
-    response["headers"]["Retry-After"] = header("Seconds to wait before trying again.", "integer");
+    response["headers"]["Retry-After"] =
+        required_header("Seconds to wait before trying again.", {{"type", "integer"}, {"minimum", 1}});
   }
 }
 
@@ -296,11 +348,6 @@ Json security(const Route& route) {
   const Json key = {{"key", Json::array()}}, nothing = Json::object();
   if (route.access == Access::kOpen || route.access == Access::kProbe) return Json::array({nothing});
   return Json::array({key, nothing});
-}
-
-std::string tag(const Route& route) {
-  if (route.has_ranges() || route.operation == "get_report") return "Results";
-  return route.path.starts_with("/v1/jobs") ? "Jobs" : "Service";
 }
 
 Json operation(const Route& route, const Json& parameters) {

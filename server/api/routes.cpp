@@ -119,8 +119,8 @@ std::vector<Route> result_routes() {
         {"measured", "boolean",
          "The measured positions in place of the smoothed ones, with the same vertices, faces and splits as the "
          "result."}},
-       {{200, "The mesh.", media_types(crease::mesh_formats()), ""},
-        {206, "A range of its bytes.", media_types(crease::mesh_formats()), ""},
+       {{200, "The mesh.", media_types(crease::mesh_formats()), "LabelledMesh"},
+        {206, "A range of its bytes.", media_types(crease::mesh_formats()), "LabelledMesh"},
         {304, "The mesh in If-None-Match is current.", {}, ""}},
        with({"not_acceptable", "range_not_satisfiable", "snapshot_unavailable"})},
       {"GET",
@@ -225,9 +225,49 @@ std::vector<Route> service_routes() {
   };
 }
 
+Route link_route() {
+  std::vector<std::string> formats;
+  for (const auto& of_part :
+       {crease::mesh_formats(), crease::label_formats(), crease::ridge_formats(), crease::report_formats()}) {
+    for (const auto& name : names(of_part)) {
+      if (std::ranges::find(formats, name) == formats.end()) formats.push_back(name);
+    }
+  }
+  std::vector<std::string> targets;
+  for (const auto& target : link_targets()) targets.push_back(target.name);
+  return {"POST",
+          "/v1/jobs/{id}/links",
+          "create_link",
+          "Make a link that reads one part of a job without a key, for some time",
+          {{.name = "result",
+            .type = "string",
+            .meaning = "What the link reads.",
+            .values = std::move(targets),
+            .required = true},
+           {"format", "string", "Format of the mesh, the labels, the ridges or the report.", std::move(formats)},
+           {"snapshot", "boolean", "As for the mesh itself."},
+           {"measured", "boolean", "As for the mesh itself."},
+           {"min", "number", "As for the labels themselves.", {}, 0, 1},
+           {"expires_in", "integer", "Seconds until the link expires; a day by default.", {}, 1, 30.0 * 86'400}},
+          {{201, "The link.", {kJson}, "Link"}},
+          {"job_not_found", "parameter_invalid", "parameter_out_of_range"}};
+}
+
+/// Adds what a route has that can be linked: the fields of a link, and its problems.
+void add_link_fields(Route& route) {
+  route.query.push_back({"expires", "integer", "Of a link: when it expires, in seconds since 1970."});
+  route.query.push_back({"key", "string", "Of a link: id of the key that made it."});
+  route.query.push_back({"signature", "string", "Of a link: stands for the key."});
+  route.problems.insert(route.problems.end(), {"link_expired", "link_invalid"});
+}
+
 std::vector<Route> make_routes() {
   std::vector<Route> all = {submit_route()};
-  for (auto&& part : {job_routes(), result_routes(), service_routes()}) all.insert(all.end(), part.begin(), part.end());
+  for (auto&& part : {job_routes(), result_routes(), std::vector{link_route()}, service_routes()})
+    all.insert(all.end(), part.begin(), part.end());
+  for (auto& route : all) {
+    if (route.can_be_linked()) add_link_fields(route);
+  }
   return all;
 }
 
@@ -303,6 +343,19 @@ void check_value(const QueryField& field, const std::string& value) {
 
 }  // namespace
 
+const std::vector<LinkTarget>& link_targets() {
+  static const std::vector<LinkTarget> targets = {{"job", "get_job"},       {"events", "watch_job"},
+                                                  {"mesh", "get_mesh"},     {"labels", "get_labels"},
+                                                  {"ridges", "get_ridges"}, {"report", "get_report"}};
+  return targets;
+}
+
+bool Route::can_be_linked() const {
+  return std::ranges::find(link_targets(), operation, &LinkTarget::operation) != link_targets().end();
+}
+
+const Route& route_of(std::string_view operation) { return *std::ranges::find(routes(), operation, &Route::operation); }
+
 std::span<const Route> routes() {
   static const std::vector<Route> table = make_routes();
   return table;
@@ -330,6 +383,11 @@ void check_query(const Route& route, const httplib::Params& query) {
     } else if (!route.takes_parameters() || !is_parameter(name)) {
       throw Error::parameter("parameter_unknown", name, value, known_names(route));
     }
+  }
+  for (const auto& field : route.query) {
+    if (!field.required || query.contains(field.name)) continue;
+    const std::string expected = field.values.empty() ? "a " + field.type : "one of " + joined(field.values);
+    throw Error::parameter("parameter_invalid", field.name, "", expected);
   }
 }
 

@@ -17,6 +17,7 @@ struct QueryField {
   std::string meaning;
   std::vector<std::string> values = {};  ///< allowed strings; empty for any
   double min = 0, max = std::numeric_limits<double>::max();
+  bool required = false;
 };
 
 /// An answer of a route when it succeeds.
@@ -47,8 +48,19 @@ struct Route {
   Access access = Access::kKey;
 
   bool takes_parameters() const { return operation == "submit_job"; }
+  /// Whether a signature in its query may stand for the key.
+  bool can_be_linked() const;
   bool has_ranges() const { return operation == "get_mesh" || operation == "get_labels" || operation == "get_ridges"; }
 };
+
+/// What a link can read, and the operation that answers it.
+struct LinkTarget {
+  std::string name, operation;
+};
+const std::vector<LinkTarget>& link_targets();
+
+/// The route with this operation, which must exist.
+const Route& route_of(std::string_view operation);
 
 /// All routes, in the order of the documentation.
 std::span<const Route> routes();
@@ -64,7 +76,7 @@ struct RouteMatch {
 /// a dot and one of the formats behind its path.
 RouteMatch match_route(std::string_view method, std::string_view path);
 
-/// Refuses unknown and repeated names, and values outside a field's type or range.
+/// Refuses unknown, repeated and missing names, and values outside a field's type or range.
 /// \throw crease::Error parameter_unknown, parameter_invalid, parameter_out_of_range
 void check_query(const Route& route, const httplib::Params& query);
 

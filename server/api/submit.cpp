@@ -132,10 +132,10 @@ void submit_job(Services& services, Call& call) {
     call.response.set_header("Preference-Applied", "wait=" + std::to_string(wait->count()));
   }
   call.response.status = wait && is_terminal(job.state()) ? 200 : 202;
-  call.response.set_header("Location", "/v1/jobs/" + job.id());
+  call.response.set_header("Location", call.exchange.base + "/v1/jobs/" + job.id());
   // An earlier job with the same result does not know which parameters this request gave in vain.
   for (const auto& warning : new_job.warnings) crease::add_once(warning, *job.mutable_warnings());
-  call.response.set_content(job_json(job), "application/json");
+  call.response.set_content(job_json(job, call.exchange.base), "application/json");
 }
 
 }  // namespace creased

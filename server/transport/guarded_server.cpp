@@ -96,12 +96,11 @@ constexpr std::array<std::pair<const char*, const char*>, 5> kSecurityHeaders = 
 void fill_request(Exchange& exchange, httplib::Request& request) {
   request.response_handler = ExchangeHolder{&exchange};
   const RequestHead& head = exchange.head;
-  const std::string_view path = head.path();
   request.method = head.method;
   request.target = head.target;
   request.version = head.version;
   request.path = exchange.path;
-  parse_query(std::string_view(head.target).substr(std::min(path.size() + 1, head.target.size())), request.params);
+  request.params = query_of(head);
   request.headers.clear();
   for (const auto& [name, value] : head.headers) {
     if (!is_ours(name)) request.headers.emplace(name, value);
@@ -130,6 +129,12 @@ int port_of(int socket) {
 }
 
 }  // namespace
+
+httplib::Params query_of(const RequestHead& head) {
+  httplib::Params params;
+  parse_query(std::string_view(head.target).substr(std::min(head.path().size() + 1, head.target.size())), params);
+  return params;
+}
 
 Exchange& exchange_of(const httplib::Request& request) {
   return *request.response_handler.target<ExchangeHolder>()->exchange;
@@ -213,9 +218,15 @@ bool GuardedServer::answer(GuardedStream& stream, const RequestHead& head) {
   Exchange exchange{stream,
                     head,
                     request_id_of(head),
-                    percent_decoded(head.path(), false),
+                    path_of(head),
                     source_of(stream, head),
+                    options_.base_path,
                     !head.keep_alive || draining_};
+  try {
+    exchange.base = base_of(stream, head);
+  } catch (const crease::Error& error) {
+    exchange.refusal = error;
+  }
   stream.begin(head, std::string(kReplay), hooks_.begin(exchange));
   bool closed = false;
   const bool written = process_request(stream, exchange.close, closed,
@@ -234,6 +245,23 @@ Source GuardedServer::source_of(const GuardedStream& stream, const RequestHead& 
   const auto forwarded_for = given ? std::optional(joined_header(head, "X-Forwarded-For")) : std::nullopt;
   const Origin client = client_of(peer, forwarded_for.value_or(""), options_.trusted_proxies);
   return {client.address, is_local(peer, forwarded_for, head.count("Forwarded") > 0, options_.trusted_proxies)};
+}
+
+std::string GuardedServer::base_of(const GuardedStream& stream, const RequestHead& head) const {
+  std::string_view prefix = head.header("X-Forwarded-Prefix");
+  if (prefix.empty() || !options_.trusted_proxies.contains(peer_of(stream))) return options_.base_path;
+  if (prefix.ends_with('/')) prefix.remove_suffix(1);
+  if (!prefix.empty() && !is_path_prefix(prefix)) {
+    throw crease::Error("request_malformed", "the header X-Forwarded-Prefix is not a path like /meshes");
+  }
+  return std::string(prefix);
+}
+
+std::string GuardedServer::path_of(const RequestHead& head) const {
+  std::string path = percent_decoded(head.path(), false);
+  const std::string& base = options_.base_path;
+  const bool below = path.starts_with(base) && (path.size() == base.size() || path[base.size()] == '/');
+  return below ? path.substr(base.size()) : path;
 }
 
 void GuardedServer::refuse(GuardedStream& stream, const crease::Error& error, std::chrono::milliseconds linger) {

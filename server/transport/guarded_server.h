@@ -20,15 +20,20 @@ struct Exchange {
   GuardedStream& stream;
   const RequestHead& head;
   std::string request_id;
-  std::string path;  ///< percent-decoded
+  std::string path;  ///< percent-decoded, without the base path; empty for the base path without a slash
   Source source;
+  std::string base;        ///< what the client has before each path, such as "/meshes"; empty for nothing
   bool close = false;      ///< the connection ends after this answer
   std::string route = {};  ///< path template, for the metrics
   Caller caller = {};
+  bool linked = false;                        ///< allowed by the signature in its query, in place of a key
   std::optional<crease::Error> refusal = {};  ///< set when the request is refused by its head alone
   std::chrono::seconds retry_after{0};        ///< 0: as for any refusal with this status
   int status = 0;
 };
+
+/// The fields of a request's query, percent-decoded.
+httplib::Params query_of(const RequestHead& head);
 
 /// The exchange that a request of the library belongs to.
 Exchange& exchange_of(const httplib::Request& request);
@@ -57,7 +62,8 @@ class GuardedServer : public httplib::Server {
     StreamLimits stream;
     std::size_t max_connections = 1'500;
     std::size_t max_connections_per_address = 0;  ///< 0 for no limit
-    AddressList trusted_proxies;                  ///< peers whose X-Forwarded-For is trusted
+    AddressList trusted_proxies;                  ///< peers whose X-Forwarded-For and X-Forwarded-Prefix are trusted
+    std::string base_path;                        ///< before the paths of requests, which may also come without it
   };
   struct Hooks {
     /// Identifies the caller and decides from the head whether to refuse the request. Returns the largest body allowed,
@@ -96,6 +102,9 @@ class GuardedServer : public httplib::Server {
 
   void converse(GuardedStream& stream);
   Source source_of(const GuardedStream& stream, const RequestHead& head) const;
+  /// \throw crease::Error request_malformed
+  std::string base_of(const GuardedStream& stream, const RequestHead& head) const;
+  std::string path_of(const RequestHead& head) const;
   std::optional<RequestHead> head_or_refusal(GuardedStream& stream);
   bool answer(GuardedStream& stream, const RequestHead& head);
   void refuse(GuardedStream& stream, const crease::Error& error, std::chrono::milliseconds linger);

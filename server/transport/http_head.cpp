@@ -1,6 +1,7 @@
 #include "server/transport/http_head.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 
 #include "core/base/text.h"
@@ -168,6 +169,22 @@ std::string percent_decoded(std::string_view text, bool plus_is_space) {
     }
   }
   return decoded;
+}
+
+bool is_path_prefix(std::string_view text) {
+  constexpr std::size_t kMaxBytes = 200;
+  if (text.empty() || text.size() > kMaxBytes) return false;
+  while (!text.empty()) {
+    if (!text.starts_with('/')) return false;
+    const auto end = std::min(text.find('/', 1), text.size());
+    const std::string_view segment = text.substr(1, end - 1);
+    const bool plain = std::all_of(segment.begin(), segment.end(), [](unsigned char c) {
+      return std::isalnum(c) != 0 || std::string_view("-._~").find(static_cast<char>(c)) != std::string_view::npos;
+    });
+    if (segment.empty() || segment == "." || segment == ".." || !plain) return false;
+    text.remove_prefix(end);
+  }
+  return true;
 }
 
 bool is_field_line(std::string_view line) {

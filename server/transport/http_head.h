@@ -45,6 +45,10 @@ RequestHead parse_head(std::string_view bytes, const HeadLimits& limits);
 /// The text with each "%" and two hexadecimal digits replaced by its byte. All else stays, such as "%u0041".
 std::string percent_decoded(std::string_view text, bool plus_is_space);
 
+/// Whether the text can be put before the paths of a service: "/meshes" or "/tools/meshes", at most 200 bytes, without
+/// a slash at its end and without "." and ".." as segments.
+bool is_path_prefix(std::string_view text);
+
 /// Whether a line is a header field: a name, a colon, and a value without control characters.
 bool is_field_line(std::string_view line);
 

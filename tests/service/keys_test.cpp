@@ -138,6 +138,9 @@ TEST_F(Keys, SeeOnlyTheirOwnJobs) {
     path.replace(path.find("{id}"), 4, id);
     std::string missing = route.path;
     missing.replace(missing.find("{id}"), 4, std::string(id.size(), '0'));
+    if (route.operation == "create_link") {
+      for (std::string* target : {&path, &missing}) *target += "?result=mesh";
+    }
     const auto other = call(route.method, path, bob_.bearer());
     EXPECT_EQ(other.status, 404);
     EXPECT_EQ(other.code(), "job_not_found");

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <fstream>
 #include <optional>
+#include <sstream>
 
 #include "tests/service/service_fixture.h"
 #include "tests/support/key_file.h"
@@ -71,11 +72,27 @@ class Nginx {
     replace_all(text, "listen [::]:80;", "");
     replace_all(text, "listen [::]:443 ssl http2;", "");
     replace_all(text, "https://$host$request_uri", fmt::format("https://$host:{}$request_uri", https_));
+    // A service below a path, which the proxy takes off; what a client claims of it is dropped.
+    replace_all(text, "        location / {",
+                fmt::format("        location /tools/meshes/ {{\n{}proxy_set_header X-Forwarded-Prefix /tools/meshes;\n"
+                            "proxy_pass http://creased/;\n}}\n        location / {{",
+                            headers_of(text)));
     replace_all(text, "/etc/nginx/tls/", folder_.path().string() + "/");
     replace_all(text, "/run/nginx.pid", path("nginx.pid"));
     replace_all(text, "/dev/stderr", path("error.log"));
     replace_all(text, "/dev/stdout", path("access.log"));
     std::ofstream(path("nginx.conf")) << text;
+  }
+
+  /// The lines that set headers, which a location with one of its own has to repeat.
+  static std::string headers_of(const std::string& configuration) {
+    std::string lines, line;
+    std::istringstream text(configuration);
+    while (std::getline(text, line)) {
+      const bool sets = line.find("proxy_set_header") != std::string::npos;
+      if (sets && line.find("X-Forwarded-Prefix") == std::string::npos) lines += line + "\n";
+    }
+    return lines;
   }
 
   /// False: it could not take the ports.
@@ -218,6 +235,28 @@ TEST_F(Proxy, PassesOnTheClientsAddressAndIgnoresItsClaims) {
   server_->get("/v1/parameters", key_.with({{"X-Forwarded-For", "203.0.113.67"}}));
   EXPECT_TRUE(eventually([] { return server_->log().find("\"remote\":\"203.0.113.67\"") != std::string::npos; }))
       << "but creased trusts the proxy";
+}
+
+TEST_F(Proxy, ServesBelowAPath) {
+  const std::string prefix = "/tools/meshes";
+  const std::string answer = curl(prefix + "/v1/jobs?" + kQuick, {"--header", "Content-Type: model/obj",
+                                                                  "--data-binary", "@" + write_mesh(small_obj())});
+  const auto job = nlohmann::json::parse(body_of(answer));
+  const std::string self = prefix + "/v1/jobs/" + job["id"].get<std::string>();
+  EXPECT_TRUE(has(answer, "Location: " + self + "\r\n")) << answer;
+  EXPECT_EQ(job["links"]["mesh"], self + "/mesh");
+  const std::string events = curl(job["links"]["events"], {"--no-buffer"});
+  EXPECT_NE(events.find("\"mesh\":\"" + self + "/mesh\""), std::string::npos) << events;
+  EXPECT_EQ(nlohmann::json::parse(body_of(curl(prefix + "/openapi.json")))["servers"][0]["url"], prefix);
+  EXPECT_TRUE(has(curl(prefix + "/", {}, ""), " 200"));
+  EXPECT_FALSE(has(curl("/v1/jobs?limit=1", {"--header", "X-Forwarded-Prefix: /evil"}), "/evil"));
+
+  const std::string command = fmt::format(
+      "SSL_CERT_FILE={} CREASED_KEY={} exec {} smooth {} -o {} -p sweeps=3 --server {}{}/", nginx_->certificate(),
+      key_.text, CREASE_BIN, write_mesh(small_obj()), nginx_->path("below.obj"), nginx_->url(), prefix);
+  const Finished smoothed = run_program({"/bin/sh", "-c", command});
+  EXPECT_EQ(smoothed.exit_code, 0) << smoothed.errors;
+  EXPECT_FALSE(read_file(nginx_->path("below.obj")).empty());
 }
 
 TEST_F(Proxy, ServesTheCommandLine) {

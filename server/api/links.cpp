@@ -1,0 +1,78 @@
+#include "server/api/links.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "server/store/job_row.h"
+
+namespace creased {
+namespace {
+
+using crease::Error;
+
+constexpr double kDaySeconds = 86'400;
+// Fields of the query that say what the link is, not what it reads.
+const std::vector<std::string> kOfLink = {"result", "format", "expires_in"};
+
+std::string encoded_query(const httplib::Params& query) {
+  std::string text;
+  for (const auto& [name, value] : query) {
+    text += fmt::format("{}{}={}", text.empty() ? "?" : "&", name, httplib::detail::encode_query_param(value));
+  }
+  return text;
+}
+
+}  // namespace
+
+void create_link(const LinkSigner& signer, Store& store, Call& call) {
+  if (call.exchange.head.has_body()) {
+    throw Error("request_malformed", "this call takes its fields in the query, and no body");
+  }
+  const Route& route = route_of(std::ranges::find(link_targets(), call.query("result"), &LinkTarget::name)->operation);
+  find_job(store, call);
+  httplib::Params query = call.request.params;
+  for (const auto& name : kOfLink) query.erase(name);
+  const std::string format = call.query("format");
+  httplib::Params fields = query;
+  if (!format.empty()) fields.emplace("format", format);
+  check_query(route, fields);
+
+  const auto seconds = static_cast<std::int64_t>(query_number(call.request.params, "expires_in", kDaySeconds));
+  const std::int64_t expires = now_ms() / 1000 + seconds;
+  query.emplace(LinkSigner::kExpires, std::to_string(expires));
+  if (!call.owner().empty()) query.emplace(LinkSigner::kKey, call.owner());
+  std::string path = route.path;
+  path.replace(path.find("{id}"), 4, call.id);
+  if (!format.empty()) path += "." + format;
+  query.emplace(LinkSigner::kSignature, signer.signature(path, query));
+  const nlohmann::ordered_json answer = {{"url", call.exchange.base + path + encoded_query(query)},
+                                         {"expires_at", timestamp(expires * 1000)}};
+  call.response.status = 201;
+  call.response.set_content(answer.dump(2) + "\n", "application/json");
+}
+
+bool is_linked(const Exchange& exchange, const Route* route) {
+  return route != nullptr && route->can_be_linked() &&
+         query_of(exchange.head).contains(std::string(LinkSigner::kSignature));
+}
+
+void follow_link(const LinkSigner& signer, const Gatekeeper& gate, Exchange& exchange) {
+  const httplib::Params query = query_of(exchange.head);
+  signer.check(exchange.path, query, std::chrono::system_clock::now());
+  exchange.caller = gate.caller_of(query_value(query, std::string(LinkSigner::kKey)));
+  if (gate.keyed() && exchange.caller.key == nullptr) {
+    throw Error("link_invalid", "the key that made the link is not valid any more");
+  }
+  exchange.linked = true;
+}
+
+std::string without_signature(const std::string& target) {
+  const auto query = target.find('?');
+  if (query == std::string::npos) return target;
+  const std::string text = percent_decoded(target.substr(query), true);
+  return text.find(LinkSigner::kSignature) == std::string::npos ? target : target.substr(0, query) + "?...";
+}
+
+}  // namespace creased

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "server/api/call.h"
+
+namespace creased {
+
+/// Answers with the signed address of one part of a job.
+void create_link(const LinkSigner& signer, Store& store, Call& call);
+
+/// Lets a request in whose query is signed: it is a call of the key that made the link.
+/// \throw crease::Error link_invalid, also when that key is revoked, link_expired
+void follow_link(const LinkSigner& signer, const Gatekeeper& gate, Exchange& exchange);
+
+/// Whether the request comes by a link: its query has a signature, and its route may be linked.
+bool is_linked(const Exchange& exchange, const Route* route);
+
+/// The target of a request as it is logged: without the query of a link.
+std::string without_signature(const std::string& target);
+
+}  // namespace creased
