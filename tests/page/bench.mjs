@@ -36,6 +36,7 @@ export class Service {
   }
 
   async stop() {
+    if (this.process.exitCode !== null || this.process.signalCode !== null) return;
     const ended = new Promise((resolve) => this.process.once('exit', resolve));
     this.process.kill('SIGTERM');
     await ended;
@@ -69,4 +70,29 @@ export async function openPage(browser, url, options = {}) {
   });
   await page.goto(url);
   return page;
+}
+
+/** A cube of the size that is smoothed at once, as OBJ. */
+export function cubeObj(n = 6) {
+  const vertices = new Map(), faces = [];
+  const vertex = (...p) => {
+    const key = p.join(' ');
+    if (!vertices.has(key)) vertices.set(key, vertices.size + 1);
+    return vertices.get(key);
+  };
+  for (let axis = 0; axis < 3; ++axis) {
+    for (const side of [0, n]) {
+      for (let i = 0; i < n; ++i) {
+        for (let j = 0; j < n; ++j) {
+          const at = (a, b) => { const p = [0, 0, 0]; p[axis] = side; p[(axis + 1) % 3] = a; p[(axis + 2) % 3] = b; return vertex(...p); };
+          const quad = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+          if (side === 0) quad.reverse();
+          faces.push(`f ${quad[0]} ${quad[1]} ${quad[2]}`, `f ${quad[0]} ${quad[2]} ${quad[3]}`);
+        }
+      }
+    }
+  }
+  let seed = 1;
+  const noise = () => { seed = (seed * 16807) % 2147483647; return (seed / 2147483647 - 0.5) * 0.4; };
+  return `${[...vertices.keys()].map((p) => `v ${p.split(' ').map((x) => Number(x) + noise()).join(' ')}`).join('\n')}\n${faces.join('\n')}\n`;
 }

@@ -5,7 +5,7 @@ import { mkdirSync, readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { openBrowser, openPage, Service } from './bench.mjs';
+import { cubeObj, openBrowser, openPage, Service } from './bench.mjs';
 
 const bin = process.env.CREASED_BIN ?? 'build/release/bin';
 const shots = process.env.CREASED_SHOTS ?? 'build/page';
@@ -25,30 +25,6 @@ after(async () => {
 const shot = (page, name) => page.screenshot({ path: join(shots, `${name}.png`) });
 const done = (page) => page.locator('#result .figures').waitFor({ timeout: 120_000 });
 
-/** A cube of the size that is smoothed at once, as OBJ. */
-function cubeObj(n = 6) {
-  const vertices = new Map(), faces = [];
-  const vertex = (...p) => {
-    const key = p.join(' ');
-    if (!vertices.has(key)) vertices.set(key, vertices.size + 1);
-    return vertices.get(key);
-  };
-  for (let axis = 0; axis < 3; ++axis) {
-    for (const side of [0, n]) {
-      for (let i = 0; i < n; ++i) {
-        for (let j = 0; j < n; ++j) {
-          const at = (a, b) => { const p = [0, 0, 0]; p[axis] = side; p[(axis + 1) % 3] = a; p[(axis + 2) % 3] = b; return vertex(...p); };
-          const quad = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-          if (side === 0) quad.reverse();
-          faces.push(`f ${quad[0]} ${quad[1]} ${quad[2]}`, `f ${quad[0]} ${quad[2]} ${quad[3]}`);
-        }
-      }
-    }
-  }
-  let seed = 1;
-  const noise = () => { seed = (seed * 16807) % 2147483647; return (seed / 2147483647 - 0.5) * 0.4; };
-  return `${[...vertices.keys()].map((p) => `v ${p.split(' ').map((x) => Number(x) + noise()).join(' ')}`).join('\n')}\n${faces.join('\n')}\n`;
-}
 const cube = { name: 'cube.obj', mimeType: 'model/obj', buffer: Buffer.from(cubeObj()) };
 
 async function accessible(page) {
@@ -150,6 +126,107 @@ test('a second job with other parameters is compared with the first', async () =
   await page.context().close();
 });
 
+test('what is under the pointer, lengths, the list of ridges, a section, and numbers by key', async () => {
+  const page = await openPage(browser, service.url);
+  await page.getByLabel('Mesh file').setInputFiles(cube);
+  await done(page);
+  await page.getByRole('button', { name: 'After', exact: true }).click();
+  const box = await page.locator('canvas').boundingBox();
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  await page.mouse.move(x, y);
+  await page.locator('.hover').getByText(/face \d+, vertex \d+/).waitFor();
+  await page.mouse.move(2, 2);
+  await page.getByLabel('Colour by').selectOption('displacement');
+  await page.locator('canvas').focus();
+  await page.keyboard.press('i');
+  await page.locator('.hover').getByText(/displacement -?\d/).waitFor();
+  await page.keyboard.press('m');
+  await page.mouse.click(x - 60, y);
+  await page.mouse.click(x + 60, y + 20);
+  await page.locator('.measure-text').getByText(/units, .* edges/).waitFor();
+  await page.keyboard.press('m');
+  await page.locator('#ridges > summary').click();
+  const before = await page.locator('canvas').screenshot();
+  await page.locator('#ridges li button').first().focus();
+  await page.waitForFunction(() => document.activeElement?.closest('#ridges'));
+  await shot(page, 'ridge-lit');
+  assert.notDeepEqual(await page.locator('canvas').screenshot(), before, 'the ridge lights up');
+  await page.getByLabel('Section', { exact: true }).selectOption('seen');
+  await page.getByLabel('The other side').check();
+  const smallest = page.getByLabel('Smallest displacement that is shown');
+  await smallest.fill('0');
+  await smallest.press('Enter');
+  await page.locator('.histogram .band[width]:not([width="0"])').waitFor({ state: 'attached' });
+  await page.getByText(/vertices in this range/).waitFor();
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test('uncertainty is asked for where a job has none', async () => {
+  const page = await openPage(browser, service.url);
+  await page.getByLabel('Mesh file').setInputFiles(cube);
+  await done(page);
+  await page.getByLabel('Colour by').selectOption('uncertainty');
+  await page.getByRole('button', { name: 'Smooth again with uncertainty' }).click();
+  await page.getByRole('columnheader', { name: 'right' }).waitFor();
+  await page.getByLabel('Colour by').selectOption('uncertainty');
+  await page.locator('.histogram').waitFor();
+  await shot(page, 'uncertainty');
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test('pasted text is a mesh, and what was there before is offered at the start', async () => {
+  const page = await openPage(browser, service.url);
+  await page.getByRole('button', { name: 'Paste' }).click();
+  await page.getByLabel(/A mesh as/).fill(cube.buffer.toString());
+  await page.getByRole('button', { name: 'Smooth this' }).click();
+  await done(page);
+  await page.goto(service.url);
+  await page.locator('.recent').getByRole('button', { name: /pasted/ }).first().click();
+  await done(page);
+  await page.getByRole('button', { name: 'Jobs' }).click();
+  await page.locator('dialog').getByText('pasted').first().waitFor();
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test('a job outlives a restart of the service, and the page waits for it', async () => {
+  const own = await new Service(bin).start();
+  const sample = await (await fetch(`${own.url}v1/samples/part.ply`)).arrayBuffer();
+  const { id } = await (await fetch(`${own.url}v1/jobs?sweeps=100000`, { method: 'POST', headers: { 'Content-Type': 'model/ply' }, body: sample })).json();
+  const page = await openPage(browser, `${own.url}#job=${id}`);
+  try {
+    await page.locator('.run').getByText('Smoothing').waitFor();
+    await own.stop();
+    await page.locator('.run').getByText(/connection is lost/).waitFor();
+    await own.start(own.port);
+    await page.locator('.run').getByText('Smoothing').waitFor({ timeout: 120_000 });
+    await page.getByRole('button', { name: 'Cancel' }).click();
+    await page.getByText('The job was stopped', { exact: false }).waitFor({ timeout: 120_000 });
+    assert.deepEqual(page.faults, []);
+  } finally {
+    await page.context().close();
+    await own.remove();
+  }
+});
+
+test('behind a path', async () => {
+  const below = await new Service(bin, ['--base-path', '/tools/meshes']).start();
+  const page = await openPage(browser, `${below.url}tools/meshes`);
+  try {
+    await page.getByLabel('Mesh file').setInputFiles(cube);
+    await done(page);
+    await page.locator('#away summary').click();
+    const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: /^STL/ }).click()]);
+    assert.equal(download.suggestedFilename(), 'cube-smooth.stl');
+    assert.deepEqual(page.faults, []);
+  } finally {
+    await page.context().close();
+    await below.remove();
+  }
+});
+
 test('a job is cancelled, and one outlives a reload', async () => {
   const page = await openPage(browser, service.url);
   await page.getByRole('button', { name: /A scan/ }).click();
@@ -189,6 +266,17 @@ test('with keys the page asks for one, once', async () => {
     await done(page);
     await page.reload();
     await done(page);
+    await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
+    await page.locator('#away > summary').click();
+    await page.getByRole('button', { name: 'Link to this job' }).click();
+    await page.getByText('It needs no key until').waitFor();
+    const address = await page.evaluate(() => navigator.clipboard.readText());
+    assert.ok(!address.includes(key));
+    const guest = await openPage(browser, address);
+    await done(guest);
+    assert.equal(await guest.locator('dialog').count(), 0, 'the guest is asked for no key');
+    assert.deepEqual(guest.faults, []);
+    await guest.context().close();
     assert.deepEqual(page.faults, []);
     await page.context().close();
   } finally {

@@ -8,6 +8,8 @@ type Schemas = components['schemas'];
 export type Job = Schemas['Job'];
 export type JobState = Job['state'];
 export type JobList = Schemas['JobList'];
+export type Link = Schemas['Link'];
+export type LinkQuery = NonNullable<operations['create_link']['parameters']['query']>;
 export type Parameters = Schemas['Parameters'];
 export type Progress = Schemas['Progress'];
 export type Report = Schemas['Report'];
@@ -22,6 +24,8 @@ export interface ClientOptions {
   baseUrl?: string | URL;
   /** The key, or a function that returns the current one. */
   key?: string | (() => string | undefined);
+  /** Links made by `link`. A call that asks for what one of them reads uses it, without the key. */
+  links?: readonly string[];
   /** By default the global fetch. */
   fetch?: typeof globalThis.fetch;
 }
@@ -43,12 +47,16 @@ export interface Asking {
   signal?: AbortSignal;
 }
 
+type Query = Record<string, string | number | boolean | undefined>;
+
 const kRetryMs = 700;
 
 /** A service. Every method throws CreasedError. */
 export class Client {
   private readonly base: URL;
   private readonly options: ClientOptions;
+  /** By the address without signature. */
+  private readonly links = new Map<string, string>();
 
   constructor(options: ClientOptions = {}) {
     const here = typeof document === 'undefined' ? 'http://127.0.0.1:8080/' : document.baseURI;
@@ -56,10 +64,16 @@ export class Client {
     if (!this.base.pathname.endsWith('/')) this.base.pathname += '/';
     this.base.search = this.base.hash = '';
     this.options = options;
+    for (const link of options.links ?? []) {
+      const url = new URL(link, this.base);
+      const signed = url.href;
+      for (const field of ['expires', 'key', 'signature']) url.searchParams.delete(field);
+      this.links.set(url.href, signed);
+    }
   }
 
   /** The full address of a path of the service. */
-  url(path: string, query: Record<string, string | number | boolean | undefined> = {}): string {
+  url(path: string, query: Query = {}): string {
     const url = new URL(path.replace(/^\//, ''), this.base);
     for (const [name, value] of Object.entries(query)) {
       if (value !== undefined) url.searchParams.set(name, String(value));
@@ -137,21 +151,29 @@ export class Client {
     query: { format?: MeshFormat; snapshot?: boolean; measured?: boolean } = {},
     asking: Asking = {},
   ): Promise<ArrayBuffer> {
-    return (await this.call(this.url(`v1/jobs/${encodeURIComponent(id)}/mesh`, query), asking)).arrayBuffer();
+    const { format = 'glb', ...rest } = query;
+    return (await this.call(this.jobPath(id, `/mesh.${format}`, rest), asking)).arrayBuffer();
   }
 
   /** Labels and dihedral angles of the edges with a label of at least `min`. */
   async labels(id: string, query: { min?: number } = {}, asking: Asking = {}): Promise<EdgeLabels> {
-    const url = this.url(`v1/jobs/${encodeURIComponent(id)}/labels`, { ...query, format: 'pb' });
-    return decodeLabels(new Uint8Array(await (await this.call(url, asking)).arrayBuffer()));
+    const response = await this.call(this.jobPath(id, '/labels.pb', query), asking);
+    return decodeLabels(new Uint8Array(await response.arrayBuffer()));
   }
 
   async ridges(id: string, asking: Asking = {}): Promise<RidgeLines> {
-    return this.json(this.jobPath(id, '/ridges'), asking);
+    return this.json(this.jobPath(id, '/ridges.json'), asking);
   }
 
   async report(id: string, asking: Asking = {}): Promise<Report> {
     return this.json(this.jobPath(id, '/report'), asking);
+  }
+
+  /** A link to one part of a job, which works without a key until it expires. Its address is complete. */
+  async link(id: string, query: LinkQuery, asking: Asking = {}): Promise<Link> {
+    const response = await this.call(this.jobPath(id, '/links', query), { method: 'POST', ...asking });
+    const { url, ...rest } = (await response.json()) as Link;
+    return { ...rest, url: new URL(url, this.base).href };
   }
 
   /** JSON Schema of the parameters. */
@@ -174,8 +196,8 @@ export class Client {
     return this.options.fetch ?? globalThis.fetch.bind(globalThis);
   }
 
-  private jobPath(id: string, rest = ''): string {
-    return this.url(`v1/jobs/${encodeURIComponent(id)}${rest}`);
+  private jobPath(id: string, rest = '', query: Query = {}): string {
+    return this.url(`v1/jobs/${encodeURIComponent(id)}${rest}`, query);
   }
 
   private headers(more: Record<string, string> = {}): Headers {
@@ -195,7 +217,9 @@ export class Client {
   ): Promise<Response> {
     let response: Response;
     try {
-      response = await this.fetch(url, { ...init, headers: this.headers(init.headers) });
+      const link = this.links.get(url);
+      const headers = link ? new Headers(init.headers) : this.headers(init.headers);
+      response = await this.fetch(link ?? url, { ...init, headers });
     } catch (error) {
       if (init.signal?.aborted) throw error;
       throw new CreasedError('the service cannot be reached', 0);

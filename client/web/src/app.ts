@@ -1,14 +1,15 @@
-import { Client, CreasedError, type Job } from 'creased-client';
-import { hashOf, placeOf } from './address';
+import { CreasedError, type Job } from 'creased-client';
+import { clientWith, storedKey, storeKey } from './access';
+import { addressOf, hashOf, linksOf, placeOf } from './address';
 import { measuresOf } from './mesh/measures';
 import { readInWorker } from './mesh/reader';
 import type { Surface } from './mesh/surface';
 import { loadOutcome, type Outcome } from './session';
 import { Snapshots } from './snapshots';
-import { downloadsOf, save } from './ui/away';
+import { downloadsOf, quickDownload, save } from './ui/away';
 import { Commands, creaseCommand, curlCommand } from './ui/commands';
 import { askForKey, askForText, showJobs, showKeys } from './ui/dialogs';
-import { fill, h, iconButton, section } from './ui/dom';
+import { fill, h, iconButton, section, unfold } from './ui/dom';
 import { Hover } from './ui/hover';
 import { LookPanel } from './ui/look_panel';
 import { ParameterForm, type Schema, type Value } from './ui/parameters';
@@ -21,7 +22,6 @@ import { errorWords, stateWord } from './ui/words';
 import { sortedRidges } from './viewer/layer';
 import { Stage, type Arrangement } from './viewer/stage';
 
-const kKeyName = 'creased-key';
 const kRidgeThreshold = 0.5;
 const kRecentJobs = 3;
 
@@ -32,7 +32,7 @@ interface Upload {
 
 /** The page: one mesh, its jobs, and what they made of it. */
 export class Workbench {
-  private readonly client = new Client({ key: () => sessionStorage.getItem(kKeyName) ?? undefined });
+  private client = clientWith([]);
   private readonly holder = document.getElementById('stage')!;
   private readonly panel = document.getElementById('panel')!;
   private readonly now = document.getElementById('now')!;
@@ -83,6 +83,8 @@ export class Workbench {
       iconButton('sun', 'Light or dark', () => { toggleTheme(); this.theme(); }),
       iconButton('help', 'Keys and help', showKeys));
     await this.route();
+    // Who was sent a link may have no key, and need none.
+    if (placeOf(location.hash)?.share && !storedKey()) return;
     await this.attempt(() => this.loadParameters());
     await this.offerRecent();
   }
@@ -175,6 +177,7 @@ export class Workbench {
       return;
     }
     if (place.job === this.job?.id) return;
+    this.client = clientWith(linksOf(place));
     await this.attempt(async () => this.reopen(await this.client.job(place.job), place.with));
   }
 
@@ -338,10 +341,10 @@ export class Workbench {
     const done = job?.state === 'succeeded' && outcome !== undefined;
     this.updateCommands();
     if (job) fill(this.parts.facts, factsOf(job));
-    fill(this.parts.result, done && figuresOf(job, this.compared?.job));
+    fill(this.parts.result, done && quickDownload(this.client, job, (error) => this.fail(error), () => unfold('away')), done && figuresOf(job, this.compared?.job));
     fill(this.parts.away, done && downloadsOf(this.client, job, {
       picture: () => this.savePicture(),
-      link: async () => location.href,
+      link: () => addressOf(this.client, job.id),
       failed: (error) => this.fail(error),
     }));
     this.ridges.show(outcome?.ridges);
@@ -400,7 +403,7 @@ export class Workbench {
     const service = new URL('.', document.baseURI).href;
     const name = this.upload?.name ?? this.job?.input.name ?? 'mesh.obj';
     const parameters = this.parameters?.parameters ?? {};
-    this.commands.update(curlCommand(service, name, parameters, sessionStorage.getItem(kKeyName) !== null), creaseCommand(service, name, parameters));
+    this.commands.update(curlCommand(service, name, parameters, storedKey() !== undefined), creaseCommand(service, name, parameters));
   }
 
   private async savePicture(): Promise<void> {
@@ -418,12 +421,12 @@ export class Workbench {
           this.fail(error);
           return undefined;
         }
-        const key = await askForKey(wrong || sessionStorage.getItem(kKeyName) !== null);
+        const key = await askForKey(wrong || storedKey() !== undefined);
         if (!key) {
           this.fail(error);
           return undefined;
         }
-        sessionStorage.setItem(kKeyName, key);
+        storeKey(key);
       }
     }
   }
@@ -437,7 +440,7 @@ export class Workbench {
     }
     const words = errorWords(error);
     const { field } = error.problem ?? {};
-    if (field && this.parameters?.refuse(field, words)) this.panel.querySelector('#parameters')?.setAttribute('open', '');
+    if (field && this.parameters?.refuse(field, words)) unfold('parameters');
     this.notice.show(error.problem?.title ?? 'No answer', words);
     if (!this.job && !this.stage.before.surface) this.showWelcome();
   }

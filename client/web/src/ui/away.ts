@@ -1,4 +1,4 @@
-import { labelFormats, meshFormats, reportFormats, ridgeFormats, type Client, type Job } from 'creased-client';
+import { labelFormats, meshFormats, reportFormats, ridgeFormats, type Client, type Job, type LinkQuery } from 'creased-client';
 import { fill, h, icon } from './dom';
 
 const kMeanings: Record<string, string> = {
@@ -16,23 +16,32 @@ const kMeanings: Record<string, string> = {
   'ridges.glb': 'lines to look at',
   'report.json': 'parameters, energies, timings',
 };
-const kParts: [part: string, formats: readonly string[]][] = [
+type Format = NonNullable<LinkQuery['format']>;
+const kParts: [part: LinkQuery['result'], formats: readonly Format[]][] = [
   ['mesh', meshFormats],
   ['labels', labelFormats],
   ['ridges', ridgeFormats],
   ['report', reportFormats],
 ];
 
-/** Saves bytes as a file. */
+/** Saves bytes of the page as a file. */
 export function save(file: File): void {
   const url = URL.createObjectURL(file);
   h('a', { href: url, download: file.name }).click();
   setTimeout(() => URL.revokeObjectURL(url), 10_000);
 }
 
+// The browser saves what a link reads by itself, without the page holding it, and under the name that the service gives.
+const kLinkSeconds = 60;
+async function saveFromService(client: Client, job: Job, query: LinkQuery): Promise<void> {
+  const { url } = await client.link(job.id, { ...query, expires_in: kLinkSeconds });
+  h('a', { href: url, download: '' }).click();
+}
+
 export interface Takings {
   picture: () => Promise<void>;
-  link: () => Promise<string>;
+  /** An address that shows the job, and what there is to say of it. */
+  link: () => Promise<{ address: string; words: string }>;
   failed: (error: unknown) => void;
 }
 
@@ -51,20 +60,29 @@ function busyButton(work: () => Promise<void>, failed: (error: unknown) => void,
 
 /** Everything that can be taken away from a job: each part of it in each format, a picture, a link. */
 export function downloadsOf(client: Client, job: Job, { picture, link, failed }: Takings): HTMLElement {
-  const file = (part: string, format: string) => {
+  const file = (part: LinkQuery['result'], format: Format) => {
     const name = `${part}.${format}`;
-    const title = part === 'mesh' ? (format === 'original' ? 'Original' : format.toUpperCase()) : `${part.charAt(0).toUpperCase()}${part.slice(1)}, ${format.toUpperCase()}`;
-    const work = async () => save(await client.file(`v1/jobs/${job.id}/${name}`));
+    const title = part === 'mesh' ? (name === 'mesh.original' ? 'Original' : format.toUpperCase()) : `${part.charAt(0).toUpperCase()}${part.slice(1)}, ${format.toUpperCase()}`;
+    const work = () => saveFromService(client, job, { result: part, format });
     return h('li', {}, busyButton(work, failed, {}, icon('down'), h('span', {}, title), h('span', { class: 'quiet-text' }, kMeanings[name] ?? (format === 'pb' ? 'a protobuf message' : ''))));
   };
   const copied = h('span', { class: 'quiet-text', role: 'status' });
   const copy = async () => {
-    const address = await link();
+    const { address, words } = await link();
     const done = await navigator.clipboard.writeText(address).then(() => true, () => false);
-    fill(copied, done ? 'The link is copied.' : h('a', { href: address }, 'The link'));
+    fill(copied, done ? 'Copied. ' : h('a', { href: address }, 'The link. '), words);
   };
   return h('div', {},
     h('ul', { class: 'downloads' }, ...kParts.flatMap(([part, formats]) => formats.map((format) => file(part, format)))),
     h('div', { class: 'row wrap' }, busyButton(picture, failed, { class: 'button' }, icon('camera'), 'Picture'),
       busyButton(copy, failed, { class: 'button' }, icon('link'), 'Link to this job'), copied));
+}
+
+/** The mesh in the format in which it came, where there is such a one, and the way to all others. */
+export function quickDownload(client: Client, job: Job, failed: Takings['failed'], others: () => void): HTMLElement {
+  const extension = job.input.name.toLowerCase().match(/[^.]+$/)?.[0];
+  const format = meshFormats.find((one) => one === extension) ?? 'ply';
+  return h('div', { class: 'row' },
+    busyButton(() => saveFromService(client, job, { result: 'mesh', format }), failed, { class: 'button primary' }, icon('down'), `Download ${format.toUpperCase()}`),
+    h('button', { type: 'button', class: 'text-button', onclick: others }, 'Other formats'));
 }

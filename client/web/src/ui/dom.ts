@@ -58,3 +58,10 @@ export function iconButton(name: string, words: string, onclick: () => void, lab
 export function section(id: string, title: string, open: boolean, ...children: Child[]): HTMLDetailsElement {
   return h('details', { class: 'section', id, open }, h('summary', {}, h('h2', {}, title)), h('div', { class: 'section-body' }, ...children));
 }
+
+/** Opens a part of the panel and brings it into view. */
+export function unfold(id: string): void {
+  const element = document.getElementById(id);
+  element?.setAttribute('open', '');
+  element?.scrollIntoView({ block: 'nearest' });
+}

@@ -47,10 +47,10 @@ export class Layer {
     this.mesh.frustumCulled = false;
     this.group.add(this.mesh);
     for (const material of [this.lineMaterial, this.litMaterial, this.wireMaterial]) material.clippingPlanes = [this.clip];
-    for (const material of [this.lineMaterial, this.litMaterial]) {
-      // Lines on an edge of the surface are half behind it.
+    for (const [material, nearer] of [[this.lineMaterial, '1.2e-4'], [this.litMaterial, '2.4e-4']] as const) {
+      // Lines on an edge of the surface are half behind it, and the one that is lit lies over the others.
       material.onBeforeCompile = (shader) => {
-        shader.vertexShader = shader.vertexShader.replace(/}\s*$/, '  gl_Position.z -= 1.2e-4 * gl_Position.w;\n}');
+        shader.vertexShader = shader.vertexShader.replace(/}\s*$/, `  gl_Position.z -= ${nearer} * gl_Position.w;\n}`);
       };
     }
     this.group.visible = false;
