@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the tests: tests/run.sh [STEP…]
-# Without a step all of them run but format, load and bench; each runs even when an earlier one failed, unless the build
-# did.
+# Without a step all of them run but format, load, pictures and bench; each runs even when an earlier one failed, unless
+# the build did.
 #   build     the release preset, tests and benchmarks included
 #   unit service quality   the rooms of tests under ctest, one process for each suite
+#   openapi   the OpenAPI document through two linters, and the answers of the service tests against it
 #   gltf      results of the command line through the Khronos validator
 #   page      the web page in Chromium; pictures in build/page
 #   lint      formatting and shellcheck
@@ -14,12 +15,13 @@
 #             begins no file after CREASED_TIDY_SECONDS (180), and says so
 #   format    rewrites every source as lint wants it
 #   load      streams, jobs a second, overload and a soak on a real server
+#   pictures  takes the pictures of the page in README.md anew: look at them before they are committed
 #   bench     proposals per second, against a textbook loop
 # CREASED_TEST_BUDGET=SECONDS leaves out tidy and tsan where they would begin after so long, and says so.
 set -euo pipefail
 
 cd "$(dirname "$(readlink -f "$0")")/.."
-readonly steps=(build unit service quality gltf page lint asan fuzz tsan tidy)
+readonly steps=(build unit service openapi quality gltf page lint asan fuzz tsan tidy)
 readonly takes_words='^(fuzz|tidy)$' may_be_left_out='^(tidy|tsan)$'
 readonly bin=build/release/bin
 # What cannot run on this machine ends with this code.
@@ -39,8 +41,24 @@ run_build() {
 }
 
 run_unit() { ctest_room release unit; }
-run_service() { ctest_room release service; }
+run_service() {
+  rm -rf build/answers && mkdir -p build/answers
+  CREASED_TEST_ANSWERS=$PWD/build/answers ctest_room release service
+}
 run_quality() { ctest_room release quality; }
+
+run_openapi() {
+  docker/install-packages.sh page
+  npm ci --prefix tests/openapi --no-audit --no-fund
+  "$bin/creased" openapi >build/openapi.json
+  export REDOCLY_TELEMETRY=off REDOCLY_SUPPRESS_UPDATE_NOTICE=true
+  local linters=tests/openapi/node_modules/.bin problems
+  problems=$("$linters/redocly" lint --config tests/openapi/redocly.yaml --format json build/openapi.json)
+  jq --exit-status '.totals.errors + .totals.warnings == 0' <<<"$problems" || { echo "$problems" && exit 1; }
+  "$linters/spectral" lint --ruleset tests/openapi/spectral.yaml --fail-severity hint build/openapi.json
+  [[ -d build/answers ]] || run_service
+  node tests/openapi/validate.mjs build/openapi.json build/answers
+}
 
 run_gltf() {
   local results=build/gltf mesh name
@@ -59,7 +77,8 @@ run_gltf() {
 run_page() {
   docker/install-packages.sh page test
   npm ci --prefix tests/page --no-audit --no-fund
-  CREASED_BIN=$PWD/$bin CREASED_SHOTS=$PWD/build/page node --test tests/page/page.test.mjs
+  CREASED_BIN=$PWD/$bin CREASED_SHOTS=$PWD/build/page CREASED_CLIENT=$PWD/build/release/client/page \
+    node --test --test-concurrency=1 tests/page/page.test.mjs tests/page/client.test.mjs
 }
 
 run_lint() { tests/lint.sh; }
@@ -88,7 +107,7 @@ run_fuzz() {
 # go without random addresses.
 readonly without_random_addresses=(setarch --addr-no-randomize)
 # Suites that ask one thing after another, and those of the command line, which this build leaves out.
-readonly one_thread_at_a_time='^(Browsers.*|CommandLine|HostileUploads|Key(s|Configuration|Command)|OpenApi|Proxy|Weights)$'
+readonly one_thread_at_a_time='^(BasePath|Browsers.*|CommandLine|HostileUploads|Key(s|Configuration|Command)|OpenApi|Links.*|Proxy|Weights)$'
 run_tsan() {
   local reports=$PWD/build/tsan/reports launcher=() try failed=no
   docker/install-packages.sh build
@@ -108,6 +127,12 @@ run_tsan() {
     "${launcher[@]}" "$0" --ctest-room tsan service --exclude-regex "$one_thread_at_a_time" || failed=yes
   if [[ -n $(ls "$reports") ]]; then cat "$reports"/*; fi
   [[ -z $(ls "$reports") && $failed == no ]]
+}
+
+run_pictures() {
+  docker/install-packages.sh page test
+  npm ci --prefix tests/page --no-audit --no-fund
+  CREASED_BIN=$PWD/$bin node tests/page/pictures.mjs client/web/pictures
 }
 
 run_load() { node tests/bench/load.mjs "$bin"; }

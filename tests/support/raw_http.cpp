@@ -9,6 +9,9 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdlib>
+#include <fstream>
+#include <mutex>
 #include <stdexcept>
 #include <system_error>
 
@@ -145,11 +148,30 @@ std::string raw_request(const std::string& method, const std::string& target, co
   return text + "\r\n" + body;
 }
 
+namespace {
+
+/// Keeps an answer for the comparison with the OpenAPI document, where the environment names a folder for them.
+void keep_answer(const std::string& method, const std::string& target, const RawResponse& response) {
+  const char* const folder = std::getenv("CREASED_TEST_ANSWERS");
+  if (folder == nullptr || response.status == 0) return;
+  nlohmann::json answer = {{"method", method}, {"target", target}, {"status", response.status}};
+  for (const auto& header : response.headers) answer["headers"].push_back({header.first, header.second});
+  if (response.header("content-type").find("json") != std::string::npos) answer["body"] = response.body;
+  static const std::string path = std::string(folder) + "/" + std::to_string(::getpid()) + ".jsonl";
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  std::ofstream(path, std::ios::app) << answer.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
+}
+
+}  // namespace
+
 RawResponse exchange(int port, const std::string& method, const std::string& target, const Headers& headers,
                      const std::string& body) {
   RawConnection connection(port);
   connection.send(raw_request(method, target, headers, body));
-  return connection.receive(kPatience, method != "HEAD");
+  RawResponse response = connection.receive(kPatience, method != "HEAD");
+  keep_answer(method, target, response);
+  return response;
 }
 
 RawResponse post_form(int port, const std::string& target, const std::vector<FormPart>& parts, const Headers& headers) {
