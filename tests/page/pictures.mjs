@@ -1,7 +1,7 @@
 // Takes the pictures of README.md from the page: node pictures.mjs FOLDER, with CREASED_BIN.
 import { mkdirSync } from 'node:fs';
 import { join } from 'node:path';
-import { openBrowser, openPage, Service } from './bench.mjs';
+import { openBrowser, openPage, Service, until } from './bench.mjs';
 
 const folder = process.argv[2] ?? 'client/web/pictures';
 const bin = process.env.CREASED_BIN ?? 'build/release/bin';
@@ -28,7 +28,7 @@ async function ofPart() {
   await take(page, 'result');
   await page.getByRole('button', { name: 'After', exact: true }).click();
   await page.locator('#parameters > summary').click();
-  await page.getByLabel('Strength', { exact: true }).fill('0.25');
+  await page.getByLabel('Preset').selectOption('Bilateral filter');
   await page.getByRole('button', { name: 'Smooth again' }).click();
   await page.getByRole('columnheader', { name: 'right' }).waitFor({ timeout: 300_000 });
   await page.getByLabel('Colour by').selectOption('difference');
@@ -40,7 +40,8 @@ async function ofPart() {
 async function ofScan() {
   const page = await openPage(browser, service.url, { colorScheme: 'dark' });
   await page.getByRole('button', { name: /A scan/ }).click();
-  await page.waitForFunction(() => document.querySelectorAll('.curve').length >= 2 && document.querySelector('.run progress').value > 0.4, undefined, { timeout: 300_000 });
+  const midway = () => page.evaluate(() => document.querySelectorAll('.curve').length >= 2 && document.querySelector('.run progress').value > 0.4);
+  await until('half of the job', midway, 300);
   await page.screenshot({ path: join(folder, 'running.png') });
   await done(page);
   await page.getByRole('button', { name: 'After', exact: true }).click();
