@@ -48,7 +48,7 @@ run_service() {
 run_quality() { ctest_room release quality; }
 
 run_openapi() {
-  docker/install-packages.sh page
+  docker/install-packages.sh page demo
   npm ci --prefix tests/openapi --no-audit --no-fund
   "$bin/creased" openapi >build/openapi.json
   export REDOCLY_TELEMETRY=off REDOCLY_SUPPRESS_UPDATE_NOTICE=true
