@@ -72,6 +72,7 @@ class Service {
               .watcher = watcher_,
               .metrics = metrics_,
               .gate = gate_,
+              .links = links_,
               .shutting_down = shutting_down_,
               .cors = creased::CorsPolicy({"https://app.example"}),
               .max_streams = 4,
@@ -151,6 +152,7 @@ class Service {
   const test::TemporaryFolder folder_;
   const std::atomic<bool> shutting_down_{false};
   creased::Gatekeeper gate_;
+  const creased::LinkSigner links_{"a secret of the tests"};
   std::unique_ptr<creased::Store> store_;
   creased::Metrics metrics_;
   creased::Inspector inspector_;
