@@ -58,8 +58,8 @@ TEST(ErrorTable, HasNoUnusedCode) {
 }
 
 TEST(ErrorTable, RowsAreWellFormed) {
-  const std::set<int> statuses = {400, 401, 403, 404, 405, 406, 408, 409, 413, 414, 415,
-                                  416, 417, 422, 429, 431, 500, 501, 503, 505, 507};
+  const std::set<int> statuses = {400, 401, 403, 404, 405, 406, 408, 409, 410, 413, 414,
+                                  415, 416, 417, 422, 429, 431, 500, 501, 503, 505, 507};
   const std::regex snake_case("[a-z0-9]+(_[a-z0-9]+)*");
   for (const ErrorKind& kind : error_table()) {
     EXPECT_TRUE(std::regex_match(std::string(kind.code), snake_case)) << kind.code;
