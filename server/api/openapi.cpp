@@ -13,6 +13,7 @@
 #include "proto/error_table.h"
 #include "proto/parameter_table.h"
 #include "proto/result_formats.h"
+#include "server/api/results.h"
 #include "server/api/routes.h"
 
 namespace creased {
@@ -113,44 +114,13 @@ Json problem_schema() {
             {"request_id", text}}}};
 }
 
-// In JSON, edges are pairs; in the protobuf message they are a flat list.
-Json labels_schema() {
-  const Json numbers = {{"type", "array"}, {"items", {{"type", "number"}}}};
-  const Json pair = {{"type", "array"}, {"items", {{"type", "integer"}}}, {"minItems", 2}, {"maxItems", 2}};
-  return {{"type", "object"},
-          {"required", {"edges", "labels", "dihedral_deg", "count", "threshold"}},
-          {"properties",
-           {{"edges", {{"type", "array"}, {"items", pair}}},
-            {"labels", numbers},
-            {"dihedral_deg", numbers},
-            {"count", {{"type", "integer"}}},
-            {"threshold", {{"type", "number"}}}}}};
-}
-
-Json ridges_schema() {
-  const Json indices = {{"type", "array"}, {"items", {{"type", "integer"}, {"minimum", 0}}}};
-  const Json number = {{"type", "number"}};
-  const Json line = {{"type", "object"},
-                     {"required", {"vertices", "closed", "length", "mean_label", "mean_dihedral_deg"}},
-                     {"properties",
-                      {{"vertices", indices},
-                       {"closed", {{"type", "boolean"}}},
-                       {"length", number},
-                       {"mean_label", number},
-                       {"mean_dihedral_deg", number}}}};
-  return {{"type", "object"},
-          {"required", {"ridges", "count", "corners"}},
-          {"properties",
-           {{"ridges", {{"type", "array"}, {"items", line}}}, {"count", {{"type", "integer"}}}, {"corners", indices}}}};
-}
-
 Json component_schemas(Json parameters) {
   Json schemas = Json::object();
   parameters.erase("$schema");
   parameters.erase("$id");
   schemas["Parameters"] = std::move(parameters);
   schemas["EdgeLabels"] = labels_schema();
-  schemas["RidgeLines"] = ridges_schema();
+  schemas["RidgeLines"] = ridge_lines_schema();
   schemas["Problem"] = problem_schema();
   add_message(*crease::v1::JobList::descriptor(), schemas);
   add_message(*crease::v1::Report::descriptor(), schemas);

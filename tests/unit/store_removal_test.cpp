@@ -1,12 +1,13 @@
 #include <fmt/format.h>
 
-#include <atomic>
 #include <thread>
 
 #include "tests/support/store_fixture.h"
 
 namespace creased::test {
 namespace {
+
+const std::string kId = "00000000000000000abc";
 
 class RemovalTest : public StoreTest {};
 
@@ -36,34 +37,33 @@ TEST_F(RemovalTest, ConcurrentRemovalsDoNotConflict) {
 TEST_F(RemovalTest, AnIdWhoseRemovalIsNotFinishedIsNotTaken) {
   store();
   SQLite::Database database((folder_.path() / "data" / "creased.db").string(), SQLite::OPEN_READWRITE, 10'000);
-  database.exec("INSERT INTO removed VALUES ('job')");  // as a removal leaves it that a failing disk has interrupted
-  const std::string id = submit("job").id();
-  EXPECT_NE(id, "job");
+  database.exec("INSERT INTO removed VALUES ('" + kId +
+                "')");  // as a removal leaves it that a failing disk has interrupted
+  const std::string id = submit(kId).id();
+  EXPECT_NE(id, kId);
   store().remove_expired();
   EXPECT_TRUE(fs::exists(store().upload_path(id)));
-  EXPECT_EQ(submit("job").id(), "job") << "the removal is finished";
+  EXPECT_EQ(submit(kId).id(), kId) << "the removal is finished";
 }
 
 // A job with the id of one that was just removed keeps its files, however many finish that removal.
 TEST_F(RemovalTest, AnIdThatIsTakenAgainAtOnceKeepsItsFiles) {
   constexpr int kTimes = 300;
   store();
-  std::atomic<bool> done{false};
   std::vector<std::jthread> housekeepers;
   for (int i = 0; i < 3; ++i) {
-    housekeepers.emplace_back([&] {
-      while (!done) store().remove_expired();
+    housekeepers.emplace_back([&](const std::stop_token& ended) {
+      while (!ended.stop_requested()) store().remove_expired();
     });
   }
   for (int i = 0; i < kTimes; ++i) {
-    const std::string id = submit("job").id();
+    const std::string id = submit(kId).id();
     EXPECT_TRUE(store().remove(id));
-    const std::string again = submit("job").id();
+    const std::string again = submit(kId).id();
     store().remove_expired();
     EXPECT_TRUE(fs::exists(store().upload_path(again))) << again << ", time " << i;
     store().remove(again);
   }
-  done = true;
 }
 
 }  // namespace
