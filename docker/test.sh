@@ -11,6 +11,9 @@ readonly name=creased-test-$$ port=$((20000 + $$ % 20000))
 work=$(mktemp --directory)
 readonly work data=$work/data
 
+# The defaults of podman may be beyond the machine's own, which no container may have.
+readonly limits=(--ulimit nofile=20000:20000 --ulimit nproc=32768:32768)
+
 podman_() { podman --runtime runc --cgroup-manager cgroupfs "$@"; }
 say() { echo "--- $*"; }
 fail() {
@@ -52,9 +55,9 @@ run() {
   while (($# > 0)) && [[ $1 != -- ]]; do options+=("$1") && shift; done
   (($# == 0)) || shift
   podman_ rm --force "$name" >/dev/null 2>&1 || true
-  podman_ run --detach --name "$name" --network host --read-only --tmpfs /tmp:size=64m --cap-drop all \
+  podman_ run "${limits[@]}" --detach --name "$name" --network host --read-only --tmpfs /tmp:size=64m --cap-drop all \
     --security-opt no-new-privileges --volume "$data:/data" --env CREASED_PORT="$port" "${options[@]}" "$image" "$@" \
-    >/dev/null
+    >/dev/null 2>"$work/run.log" || { cat "$work/run.log" >&2 && exit 1; }
   for _ in {1..200}; do
     if curl --silent --fail --output /dev/null "localhost:$port/readyz"; then return; fi
     podman_ container inspect --format '{{.State.Running}}' "$name" | grep --quiet true || break
@@ -111,7 +114,7 @@ workers=$(podman_ top "$name" args | grep --count 'creased worker' || true)
 ((workers == 2)) || fail "$workers workers run, expected 2"
 
 say "with keys"
-podman_ run --rm --network none "$image" key alice >"$work/key.txt"
+podman_ run "${limits[@]}" --rm --network none "$image" key alice >"$work/key.txt"
 mkdir "$work/keys"
 head --lines 1 "$work/key.txt" >"$work/key"
 tail --lines 1 "$work/key.txt" | jq '{keys: [.]}' >"$work/keys/keys.json"

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 
 #include "server/worker/sanitized.h"
@@ -14,13 +15,29 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::Not;
 
+/// A folder that every user can reach and write.
+class PublicFolder {
+ public:
+  PublicFolder() {
+    std::string name = (fs::temp_directory_path() / "creased-start-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make a folder");
+    path_ = name;
+    fs::permissions(path_, fs::perms::all);
+  }
+  ~PublicFolder() { fs::remove_all(path_); }
+  PublicFolder(const PublicFolder&) = delete;
+  PublicFolder& operator=(const PublicFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
 /// `creased serve` behind a command that sets limits; it must end by itself.
-Finished start_within(std::vector<std::string> limits, const std::vector<std::string>& flags = {}) {
-  const TemporaryFolder folder;
-  fs::permissions(folder.path(), fs::perms::all);
-  limits.insert(limits.end(), {CREASED_BIN, "serve", "--port", "0", "--data-dir", (folder.path() / "data").string(),
-                               "--workers", "1"});
-  limits.insert(limits.end(), flags.begin(), flags.end());
+Finished start_within(std::vector<std::string> limits) {
+  const PublicFolder folder;
+  const std::string data_dir = (folder.path() / "data").string();
+  limits.insert(limits.end(), {CREASED_BIN, "serve", "--port", "0", "--data-dir", data_dir, "--workers", "1"});
   return run_program(limits);
 }
 
@@ -33,10 +50,13 @@ void expect_refusal(const Finished& run, const std::string& what, const std::str
 
 TEST(Start, WithoutEnoughThreadsTheServerSaysSoAndEnds) {
   if (::geteuid() != 0) GTEST_SKIP() << "needs root, to run as a user without other processes";
-  constexpr const char* kUser = "64123";  // has no processes
-  const auto run = start_within(
-      {"/usr/bin/setpriv", "--reuid", kUser, "--regid", kUser, "--clear-groups", "/usr/bin/prlimit", "--nproc=200"});
-  expect_refusal(run, "threads", "ulimit -u");
+  const std::string user = "64123";  // has no processes
+  std::vector<std::string> as_user = {"/usr/bin/setpriv", "--reuid", user, "--regid", user, "--clear-groups"};
+  std::vector<std::string> probe = as_user;
+  probe.insert(probe.end(), {CREASED_BIN, "--version"});
+  if (run_program(probe).exit_code != 0) GTEST_SKIP() << "other users cannot reach the program";
+  as_user.insert(as_user.end(), {"/usr/bin/prlimit", "--nproc=200"});
+  expect_refusal(start_within(as_user), "threads", "ulimit -u");
 }
 
 TEST(Start, WithoutEnoughMemoryTheServerSaysSoAndEnds) {
