@@ -11,10 +11,10 @@
 #include <string>
 
 #include "core/error.h"
+#include "server/api/openapi.h"
+#include "server/base/log.h"
 #include "server/config.h"
-#include "server/http/openapi.h"
-#include "server/http/serve.h"
-#include "server/log.h"
+#include "server/serve.h"
 #include "server/store/store.h"
 #include "server/worker/sandbox.h"
 #include "server/worker/worker.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/base/text.h"
-#include "server/log.h"
+#include "server/base/log.h"
 
 namespace creased {
 namespace {

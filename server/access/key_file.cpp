@@ -11,8 +11,8 @@
 #include <set>
 
 #include "server/access/key.h"
-#include "server/store/durable_file.h"
-#include "server/store/failure.h"
+#include "server/base/durable_file.h"
+#include "server/base/failure.h"
 
 namespace creased {
 namespace {

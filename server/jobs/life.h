@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "crease/v1/job.pb.h"
-#include "server/jobs/codes.h"
+#include "server/base/codes.h"
 #include "server/jobs/state.h"
 
 namespace creased {

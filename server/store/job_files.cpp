@@ -13,8 +13,8 @@
 #include <random>
 #include <system_error>
 
-#include "server/store/durable_file.h"
-#include "server/store/failure.h"
+#include "server/base/durable_file.h"
+#include "server/base/failure.h"
 #include "server/store/store.h"
 
 namespace creased {

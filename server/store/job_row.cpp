@@ -8,7 +8,7 @@
 #include <ctime>
 
 #include "proto/error_table.h"
-#include "server/store/failure.h"
+#include "server/base/failure.h"
 
 namespace creased {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "proto/convert.h"
-#include "server/store/failure.h"
+#include "server/base/failure.h"
 #include "server/store/job_row.h"
 #include "server/store/sqlite_store.h"
 

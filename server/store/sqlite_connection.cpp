@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "server/store/failure.h"
+#include "server/base/failure.h"
 
 namespace creased {
 namespace {

@@ -7,8 +7,8 @@
 
 #include <array>
 
-#include "server/store/durable_file.h"
-#include "server/store/failure.h"
+#include "server/base/durable_file.h"
+#include "server/base/failure.h"
 
 namespace creased {
 namespace {

@@ -9,9 +9,9 @@
 #include <random>
 
 #include "crease/v1/stored.pb.h"
+#include "server/base/durable_file.h"
+#include "server/base/failure.h"
 #include "server/jobs/needs.h"
-#include "server/store/durable_file.h"
-#include "server/store/failure.h"
 #include "server/store/job_row.h"
 #include "server/store/recovery.h"
 #include "server/store/sqlite_schema.h"
@@ -114,11 +114,17 @@ SqliteStore::SqliteStore(const StoreOptions& options)
   files_.take_ballast();
 }
 
+bool SqliteStore::is_being_removed(const std::string& id) {
+  ReaderPool::Loan reader(readers_);
+  return Query(*reader, "SELECT 1 FROM removed WHERE id = ?", id).next();
+}
+
 std::string SqliteStore::reserve_id(const std::string& fingerprint) {
   constexpr std::uint32_t kSuffixes = 1U << 24U;
   std::random_device random;
   std::string id = fingerprint;
-  while (version_of(id) != 0 || !files_.reserve(id)) id = fmt::format("{}-{:06x}", fingerprint, random() % kSuffixes);
+  while (version_of(id) != 0 || is_being_removed(id) || !files_.reserve(id))
+    id = fmt::format("{}-{:06x}", fingerprint, random() % kSuffixes);
   return id;
 }
 

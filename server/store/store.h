@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "crease/v1/job.pb.h"
+#include "server/base/failure.h"
 #include "server/jobs/life.h"
-#include "server/store/failure.h"
 
 namespace creased {
 

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "server/store/failure.h"
+#include "server/base/failure.h"
 
 namespace creased {
 namespace {

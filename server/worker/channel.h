@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/store/durable_file.h"
+#include "server/base/durable_file.h"
 
 namespace creased {
 

@@ -17,7 +17,7 @@
 #include <string_view>
 #include <utility>
 
-#include "server/store/failure.h"
+#include "server/base/failure.h"
 
 namespace creased {
 namespace {

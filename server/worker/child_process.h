@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "server/store/durable_file.h"
+#include "server/base/durable_file.h"
 
 namespace creased {
 

@@ -25,8 +25,8 @@
 #include <thread>
 
 #include "core/error.h"
-#include "server/store/durable_file.h"
-#include "server/store/failure.h"
+#include "server/base/durable_file.h"
+#include "server/base/failure.h"
 #include "server/worker/sanitized.h"
 
 namespace creased {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "proto/error_table.h"
+#include "server/base/failure.h"
 #include "server/jobs/needs.h"
-#include "server/store/failure.h"
 #include "server/worker/lease_keeper.h"
 
 namespace creased {

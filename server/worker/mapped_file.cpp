@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <new>
 
-#include "server/store/failure.h"
+#include "server/base/failure.h"
 
 namespace creased {
 

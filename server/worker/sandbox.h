@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "crease/v1/compute.pb.h"
-#include "server/store/durable_file.h"
+#include "server/base/durable_file.h"
 #include "server/store/store.h"
 #include "server/worker/child_process.h"
 

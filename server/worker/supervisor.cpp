@@ -14,7 +14,7 @@
 #include <optional>
 #include <thread>
 
-#include "server/store/failure.h"
+#include "server/base/failure.h"
 #include "server/worker/child_process.h"
 
 namespace creased {

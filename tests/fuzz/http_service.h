@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/http/guarded_server.h"
+#include "server/transport/guarded_server.h"
 
 namespace crease::fuzz {
 

@@ -3,8 +3,8 @@
 #include <optional>
 
 #include "proto/error_table.h"
-#include "server/http/http_head.h"
-#include "server/http/multipart.h"
+#include "server/transport/http_head.h"
+#include "server/transport/multipart.h"
 #include "tests/fuzz/http_service.h"
 #include "tests/fuzz/lines.h"
 #include "tests/fuzz/properties.h"

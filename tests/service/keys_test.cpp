@@ -2,7 +2,7 @@
 #include <fstream>
 #include <set>
 
-#include "server/http/routes.h"
+#include "server/api/routes.h"
 #include "tests/service/service_fixture.h"
 #include "tests/support/key_file.h"
 

@@ -4,7 +4,7 @@
 #include "core/base/text.h"
 #include "proto/error_table.h"
 #include "proto/parameter_table.h"
-#include "server/http/routes.h"
+#include "server/api/routes.h"
 #include "tests/service/service_fixture.h"
 
 namespace crease::test {

@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "core/error.h"
-#include "server/store/failure.h"
+#include "server/base/failure.h"
 #include "server/store/job_files.h"
 #include "server/store/store.h"
 #include "tests/support/meshes.h"

@@ -38,7 +38,7 @@ TEST(Architecture, HasOneParagraphForEveryRoom) { EXPECT_EQ(rooms_on_the_page(),
 
 TEST(Documents, LinksLeadToFiles) {
   for (const std::string page : {"README.md", "CHANGELOG.md", "CONTRIBUTING.md", "core/ARCHITECTURE.md",
-                                 "server/OPERATION.md", "server/SECURITY.md"}) {
+                                 "server/OPERATION.md", "server/SECURITY.md", "server/transport/REASONS.md"}) {
     EXPECT_THAT(broken_links(page), IsEmpty()) << page;
   }
 }

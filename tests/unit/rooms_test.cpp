@@ -89,12 +89,43 @@ std::string wall_of(const std::string& file) {
   return folder == room_of(file) ? std::string() : folder;
 }
 
-/// "io" of core/io/decode.h; empty for files that are in no room of core.
-std::string floor_of(const std::string& file) {
+/// "io" of core/io/decode.h in "core"; empty for files that are in no folder of it.
+std::string floor_of(const std::string& file, const std::string& room) {
   const fs::path path(file);
   auto part = path.begin();
-  if (*part != "core" || std::distance(path.begin(), path.end()) < 3) return {};
+  if (*part != room || std::distance(path.begin(), path.end()) < 3) return {};
   return (++part)->string();
+}
+
+/// For each folder of a room, the other folders of it that it includes.
+Graph included_floors(const std::string& room) {
+  Graph included;
+  for (const auto& [file, targets] : include_graph()) {
+    const std::string from = floor_of(file, room);
+    if (from.empty()) continue;
+    included[from];
+    for (const std::string& target : targets) {
+      if (const std::string to = floor_of(target, room); !to.empty() && to != from) included[from].insert(to);
+    }
+  }
+  return included;
+}
+
+/// The folders of a room with what they link, as `text` of CMake says with `function`.
+Graph linked_floors(const std::string& text, const std::string& function) {
+  const std::regex call("\n" + function + R"(\((\w+)(?: DEPENDS((?: \w+)*?))?(?:\s+LIBRARIES[^)]*)?\))");
+  Graph linked;
+  for (std::sregex_iterator match(text.begin(), text.end(), call), end; match != end; ++match) {
+    std::istringstream names((*match)[2]);
+    auto& of_floor = linked[(*match)[1]];
+    for (std::string name; names >> name;) of_floor.insert(name);
+  }
+  return linked;
+}
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 /// Where each type of ours is defined, by room and name.
@@ -200,28 +231,27 @@ TEST(Rooms, FilesDoNotLeanOnEachOtherInCircles) {
   EXPECT_THAT(find_circle(graph), testing::IsEmpty());
 }
 
-// What a room of core includes is what it links, so that a back-edge does not link and no link is left over.
+// What a room includes is what it links, so that a back-edge does not link and no link is left over.
 TEST(Rooms, RoomsOfCoreLinkWhatTheyInclude) {
-  Graph included, linked;
-  for (const auto& [file, targets] : include_graph()) {
-    const std::string from = floor_of(file);
-    if (from.empty()) continue;
-    included[from];
-    for (const std::string& target : targets) {
-      if (const std::string to = floor_of(target); !to.empty() && to != from) included[from].insert(to);
-    }
-  }
-  static const std::regex call(R"(add_core_room\((\w+)(?: DEPENDS((?: \w+)*?))?(?: LIBRARIES[^)]*)?\))");
+  Graph linked;
+  const Graph included = included_floors("core");
   for (const auto& [room, targets] : included) {
-    std::ifstream in(kRoot / "core" / room / "CMakeLists.txt");
-    const std::string text{std::istreambuf_iterator<char>(in), {}};
-    std::smatch match;
-    ASSERT_TRUE(std::regex_search(text, match, call)) << "core/" << room << " is no target";
-    EXPECT_EQ(match[1], room);
-    std::istringstream names(match[2]);
-    for (std::string name; names >> name;) linked[room].insert(name);
+    linked.merge(linked_floors("\n" + text_of(kRoot / "core" / room / "CMakeLists.txt"), "add_core_room"));
   }
-  for (const auto& [room, targets] : included) EXPECT_EQ(targets, linked[room]) << room;
+  EXPECT_EQ(included, linked);
+}
+
+TEST(Rooms, RoomsOfTheServerLinkWhatTheyInclude) {
+  EXPECT_EQ(included_floors("server"), linked_floors(text_of(kRoot / "server" / "CMakeLists.txt"), "add_server_room"));
+}
+
+TEST(Rooms, TransportKnowsNoneOfItsCallers) {
+  const Graph server = included_floors("server");
+  EXPECT_THAT(server.at("transport"), testing::ElementsAre("access", "base"));
+  for (const auto& [file, targets] : include_graph()) {
+    if (floor_of(file, "server") != "transport") continue;
+    for (const std::string& target : targets) EXPECT_FALSE(target.starts_with("proto/")) << file << " -> " << target;
+  }
 }
 
 TEST(Rooms, FoldersDoNotIncludeInCircles) {

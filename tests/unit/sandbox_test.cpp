@@ -21,7 +21,7 @@
 #include <thread>
 
 #include "proto/parameter_table.h"
-#include "server/store/failure.h"
+#include "server/base/failure.h"
 #include "server/worker/channel.h"
 #include "server/worker/confinement.h"
 #include "server/worker/sanitized.h"

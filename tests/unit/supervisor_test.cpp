@@ -12,7 +12,7 @@
 #include <set>
 
 #include "core/error.h"
-#include "server/store/failure.h"
+#include "server/base/failure.h"
 #include "server/worker/child_process.h"
 #include "tests/support/meshes.h"
 #include "tests/support/server_process.h"

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <prometheus/counter.h>
+#include <prometheus/family.h>
+#include <prometheus/gauge.h>
+#include <prometheus/histogram.h>
+#include <prometheus/registry.h>
+
+#include <mutex>
+#include <string>
+#include <unordered_map>
+
+#include "crease/v1/job.pb.h"
+#include "server/transport/guarded_server.h"
+
+namespace creased {
+
+/// The metrics of GET /metrics.
+class Metrics {
+ public:
+  Metrics();
+
+  void count(const ExchangeSummary& exchange);
+  /// Counts a job whose state has changed while this process ran.
+  void count_state(const crease::v1::Job& job);
+  void forget(const std::string& job_id);
+
+  /// The metrics in Prometheus text format 0.0.4, with the given gauges.
+  std::string text(std::size_t queued, std::size_t streams, std::size_t connections);
+
+ private:
+  prometheus::Registry registry_;
+  prometheus::Family<prometheus::Counter>& requests_;
+  prometheus::Family<prometheus::Histogram>& durations_;
+  prometheus::Family<prometheus::Counter>& bytes_;
+  prometheus::Family<prometheus::Counter>& ended_;
+  prometheus::Family<prometheus::Gauge>& jobs_;
+  prometheus::Gauge& streams_;
+  prometheus::Gauge& connections_;
+
+  std::mutex mutex_;
+  std::unordered_map<std::string, std::string> state_of_;  // of jobs that have not ended
+};
+
+}  // namespace creased

@@ -1,0 +1,169 @@
+#include "server/api/submit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+
+#include "core/base/text.h"
+#include "proto/assembly.h"
+#include "proto/convert.h"
+#include "proto/parameter_table.h"
+#include "server/api/file_name.h"
+#include "server/api/jobs.h"
+#include "server/api/upload.h"
+
+namespace creased {
+namespace {
+
+using crease::Error;
+using crease::trimmed;
+using std::chrono::seconds;
+
+constexpr seconds kLongestWait{60};
+
+/// The `wait` preference of a Prefer header [RFC 7240], at most kLongestWait. A malformed preference is ignored.
+std::optional<seconds> preferred_wait(std::string_view prefer) {
+  while (!prefer.empty()) {
+    const auto comma = std::min(prefer.find(','), prefer.size());
+    const std::string_view preference = trimmed(prefer.substr(0, comma));
+    prefer.remove_prefix(std::min(comma + 1, prefer.size()));
+    if (!preference.starts_with("wait=")) continue;
+    std::uint32_t value = 0;
+    const char* const end = preference.data() + preference.size();
+    const auto [stop, error] = std::from_chars(preference.data() + 5, end, value);
+    if (stop != end || error == std::errc::invalid_argument) return std::nullopt;
+    if (error != std::errc()) return kLongestWait;
+    return std::min(seconds(value), kLongestWait);
+  }
+  return std::nullopt;
+}
+
+std::string idempotency_key(const RequestHead& head) {
+  std::string key(head.header("Idempotency-Key"));
+  const bool given = head.count("Idempotency-Key") > 0;
+  const bool visible = std::all_of(key.begin(), key.end(), [](unsigned char c) { return c > 0x20 && c < 0x7f; });
+  if (given && (key.empty() || key.size() > 255 || !visible || head.count("Idempotency-Key") > 1)) {
+    throw Error::parameter("parameter_invalid", "Idempotency-Key", key, "1 to 255 visible ASCII characters");
+  }
+  return key;
+}
+
+/// The parameters with the time to keep the job and its threads: its own, or else the service's defaults.
+crease::v1::Parameters with_defaults(crease::v1::Parameters parameters, const Services& services) {
+  const auto& [defaults, maxima] = services.parameters;
+  if (parameters.threads() == 0 && services.threads > 0) parameters.set_threads(services.threads);
+  if (!parameters.has_retention_hours()) parameters.set_retention_hours(defaults.retention_hours());
+  if (parameters.retention_hours() > maxima.retention_hours()) {
+    throw Error::parameter(crease::code::kParameterOutOfRange, "retention_hours",
+                           fmt::format("{}", parameters.retention_hours()),
+                           fmt::format("a number from 0 to {}", maxima.retention_hours()));
+  }
+  return parameters;
+}
+
+/// The id of a job. It depends on the owner, so that nobody can find out from an id whether another owner has submitted
+/// the same mesh and parameters.
+std::string id_for(const std::string& owner, const std::string& fingerprint) {
+  if (owner.empty()) return fingerprint;
+  return crease::sha256_hex(owner + "\n" + fingerprint).substr(0, fingerprint.size());
+}
+
+void check_faces(const crease::v1::InputFacts& input, const Limits& limits) {
+  if (input.faces() <= limits.max_faces) return;
+  throw Error(crease::code::kMeshTooLarge,
+              fmt::format("the mesh has {} faces; this caller may send at most {}", input.faces(), limits.max_faces));
+}
+
+NewJob inspected(Services& services, const Caller& caller, const Submission& submission) {
+  const std::string name = clean_file_name(submission.name);
+  NewJob job;
+  job.upload = submission.mesh->path();
+  if (submission.weights != nullptr) job.weights = submission.weights->path();
+  Inspection inspection =
+      services.inspector.inspect({job.upload, submission.format, name, job.weights, caller.owner()});
+  check_faces(inspection.facts, caller.limits);
+  crease::describe_upload(inspection.facts, name, submission.mesh->bytes(), submission.mesh->sha256());
+  const crease::v1::Job settled =
+      crease::settled(inspection.facts, with_defaults(submission.parameters, services), inspection.warnings);
+  job.owner = caller.owner();
+  job.owner_limits = {caller.limits.max_queued, std::uint64_t{caller.limits.max_stored_mb} << 20U};
+  job.input = settled.input();
+  job.parameters = settled.parameters();
+  job.warnings = {settled.warnings().begin(), settled.warnings().end()};
+  job.fingerprint = id_for(job.owner, settled.id());
+  job.request_digest = crease::sha256_hex(job.input.sha256() + "\n" + job.input.format() + "\n" +
+                                          job.input.weights_sha256() + "\n" + crease::to_json(job.parameters).dump());
+  return job;
+}
+
+crease::v1::Job wait_for_end(Services& services, const crease::v1::Job& submitted, const Call& call, seconds time) {
+  constexpr std::chrono::milliseconds kLook{500};
+  const auto deadline = JobWatcher::Clock::now() + time;
+  const auto subscription = services.watcher.subscribe(submitted.id());
+  if (subscription == nullptr) return submitted;
+  auto view = subscription->wait_newer(0, deadline);
+  while (view != nullptr && !is_terminal(view->job.state())) {
+    const auto now = JobWatcher::Clock::now();
+    if (now >= deadline || services.watcher.closed() || call.exchange.stream.peer_gone()) break;
+    view = subscription->wait_newer(view->version, std::min(deadline, now + kLook));
+  }
+  return view == nullptr ? submitted : view->job;
+}
+
+void submit_job(Services& services, Call& call) {
+  const RequestHead& head = call.exchange.head;
+  const std::string key = idempotency_key(head);
+  const std::optional<seconds> wait = preferred_wait(head.header("Prefer"));
+
+  const Submission submission = receive_submission(call.exchange, call.request, *call.body, services.store);
+  NewJob new_job = inspected(services, call.caller(), submission);
+  new_job.idempotency_key = key;
+  bool created = false;
+  crease::v1::Job job = services.store.submit(new_job, created);
+  if (created) {
+    services.metrics.count_state(job);
+  } else {
+    call.response.set_header("Idempotent-Replayed", "true");
+  }
+  if (wait) {
+    job = wait_for_end(services, job, call, *wait);
+    call.response.set_header("Preference-Applied", "wait=" + std::to_string(wait->count()));
+  }
+  call.response.status = wait && is_terminal(job.state()) ? 200 : 202;
+  call.response.set_header("Location", "/v1/jobs/" + job.id());
+  // An earlier job with the same result does not know which parameters this request gave in vain.
+  for (const auto& warning : new_job.warnings) crease::add_once(warning, *job.mutable_warnings());
+  call.response.set_content(job_json(job), "application/json");
+}
+
+std::vector<std::string> submit_problems() {
+  return {"mesh_count_mismatch", "mesh_empty",           "mesh_format_unknown",    "mesh_index_out_of_range",
+          "mesh_no_extent",      "mesh_no_faces",        "mesh_not_finite",        "mesh_syntax",
+          "mesh_too_large",      "mesh_truncated",       "mesh_unsupported",       "inspection_failed",
+          "body_missing",        "body_incomplete",      "payload_too_large",      "content_type_unsupported",
+          "json_invalid",        "multipart_invalid",    "multipart_part_missing", "multipart_part_unknown",
+          "protobuf_invalid",    "idempotency_conflict", "parameter_invalid",      "parameter_out_of_range",
+          "queue_full",          "key_queue_full",       "quota_exceeded",         "storage_full",
+          "store_unavailable",   "shutting_down",        "weights_invalid",        "process_unavailable"};
+}
+
+}  // namespace
+
+std::vector<Route> submit_routes() {
+  return {{"POST",
+           "/v1/jobs",
+           "submit_job",
+           "Submit a mesh for smoothing",
+           {{"name", "string", "File name of the mesh. It is shown in lists, and its extension may tell the format."},
+            {"format", "string",
+             "Format of the mesh. By default it is found from the media type, the name, then the bytes.",
+             format_names(crease::formats_with(&crease::Format::read))}},
+           {{202, "The job is accepted. Location is its path.", {kJson}, "Job"},
+            {200, "The job ended within the time that `Prefer: wait` allowed.", {kJson}, "Job"}},
+           submit_problems(),
+           submit_job}};
+}
+
+}  // namespace creased

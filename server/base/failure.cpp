@@ -1,0 +1,23 @@
+#include "server/base/failure.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <system_error>
+
+namespace creased {
+
+std::string errno_text(int number) { return std::generic_category().message(number); }
+
+bool is_fault_of_store(std::string_view code) {
+  return code == code::kStoreUnavailable || code == code::kStorageFull || code == code::kProcessUnavailable;
+}
+
+crease::Error file_failure(std::string_view action, const std::filesystem::path& path) {
+  const int number = errno;
+  const bool full = number == ENOSPC || number == EDQUOT;
+  return {full ? code::kStorageFull : code::kStoreUnavailable,
+          fmt::format("cannot {} {}: {}", action, path.string(), errno_text(number))};
+}
+
+}  // namespace creased
