@@ -15,6 +15,7 @@ constexpr std::array kTable = std::to_array<ErrorKind>({
     {"body_missing", 400, "The request has no body"},
     {"content_encoding_unsupported", 415, "The content encoding is not supported"},
     {"content_type_unsupported", 415, "The content type is not supported"},
+    {"encoding_failed", 500, "The file could not be made within the limits"},
     {"expectation_failed", 417, "The expectation cannot be met"},
     {"file_limit_exceeded", 500, "The job exceeded its file size limit"},
     {"forbidden", 403, "The key may not do this"},
@@ -104,6 +105,11 @@ v1::Problem to_problem(const Error& error) {
   problem.set_value(valid_utf8(error.value()));
   problem.set_expected(error.expected());
   return problem;
+}
+
+Error to_error(const v1::Problem& problem) {
+  if (problem.field().empty()) return {problem.code(), problem.detail(), problem.place()};
+  return Error::parameter(problem.code(), problem.field(), problem.value(), problem.expected(), problem.place());
 }
 
 }  // namespace crease

@@ -23,5 +23,7 @@ const ErrorKind& error_kind(std::string_view code);
 
 /// The problem document of an error.
 v1::Problem to_problem(const Error& error);
+/// The error of a problem document.
+Error to_error(const v1::Problem& problem);
 
 }  // namespace crease

@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "server/base/cgroup.h"
 #include "server/transport/cors.h"
 #include "server/transport/http_head.h"
 
@@ -243,8 +244,15 @@ std::string access_refusal(const ServeConfig& config) {
 
 }  // namespace
 
+void use_allowance(ServeConfig& config) {
+  const Allowance allowed = allowance();
+  config.threads = usable_processors(allowed, std::max(1U, std::thread::hardware_concurrency()));
+  config.workers = std::max<std::size_t>(1, config.threads / 2);
+  config.job.memory_mb = memory_per_job_mb(allowed, config.workers, config.job.memory_mb);
+}
+
 void add_serve_options(CLI::App& command, ServeConfig& config) {
-  config.workers = std::max(1U, std::thread::hardware_concurrency() / 2);
+  use_allowance(config);
   add(command, "--host", config.host, "Address to listen on");
   add(command, "--port", config.port, "Port to listen on; 0 takes any free one")->check(CLI::Range(0, 65'535));
   add_path(command, "--port-file", config.port_file, "File to write the port to once the server listens");
@@ -259,6 +267,9 @@ void add_serve_options(CLI::App& command, ServeConfig& config) {
       ->check(CLI::IsMember({"refuse", "adopt", "discard"}));
   add(command, "--workers", config.workers, "Number of worker processes; by default one for every two processors")
       ->check(CLI::Range(0UL, 1'024UL));
+  add(command, "--threads", config.threads,
+      "Threads of a job that asks for none; by default as many as there are processors")
+      ->check(CLI::Range(1UL, 256UL));
   add_log_options(command, config.log);
   command.option_defaults()->group("Access");
   add_access_options(command, config.access);

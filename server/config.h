@@ -68,6 +68,7 @@ struct ServeConfig {
   std::string base_path;           ///< what clients have before each path; empty for nothing
   std::filesystem::path page_dir;  ///< empty for the page that is installed with the binary
   std::size_t workers = 1;
+  std::size_t threads = 1;  ///< of a job that asks for none
   std::size_t max_upload_mb = 512;
   std::size_t max_streams = 1'000;
   std::size_t max_connections = 1'500;
@@ -90,6 +91,9 @@ struct KeyConfig {
   std::string name;
   std::filesystem::path keys;  ///< empty to print the entry
 };
+
+/// Sets workers, threads and the memory of a job to what the control groups of this process allow.
+void use_allowance(ServeConfig& config);
 
 /// Adds the options of a command, each with its default and its environment variable CREASED_*.
 void add_serve_options(CLI::App& command, ServeConfig& config);

@@ -42,9 +42,8 @@ GuardedServer::Options server_options(const ServeConfig& config) {
   return options;
 }
 
-Inspector::Options inspector_options(const ServeConfig& config, const std::filesystem::path& executable) {
+Inspector::Options inspector_options(const ServeConfig& config) {
   Inspector::Options options;
-  options.executable = executable;
   options.max_vertices = config.limits.max_vertices;
   options.max_faces = config.limits.max_faces;
   options.memory_limit_mb = config.job.memory_mb;
@@ -111,21 +110,37 @@ class Service {
         store_(open_store(recovering(store_options(config.store)))),
         links_(LinkSigner::of_folder(config.store.data_dir)),
         health_(*store_, config.workers > 0),
-        inspector_(inspector_options(config, executable)),
+        tasks_({.executable = executable}),
+        inspector_(tasks_, inspector_options(config)),
+        encoder_(tasks_, {.memory_limit_mb = config.job.memory_mb}),
+        results_(*store_, encoder_),
+        streams_(config.max_streams),
+        page_(config.page_dir.empty() ? PageFiles::installed_folder(executable) : config.page_dir),
         watcher_(*store_, kPoll, [this](const crease::v1::Job& job) { metrics_.count_state(job); }),
-        api_({*store_, inspector_, watcher_, metrics_, gate_, links_, shutting_down_,
-              CorsPolicy(config.access.cors_origins), config.max_streams, parameter_settings(config),
-              [this] { return health_.reason(); },
-              config.page_dir.empty() ? Page::installed_folder(executable) : config.page_dir}),
+        api_({.store = *store_,
+              .inspector = inspector_,
+              .results = results_,
+              .watcher = watcher_,
+              .metrics = metrics_,
+              .gate = gate_,
+              .links = links_,
+              .streams = streams_,
+              .page = page_,
+              .shutting_down = shutting_down_,
+              .cors = CorsPolicy(config.access.cors_origins),
+              .parameters = parameter_settings(config),
+              .threads = static_cast<std::uint32_t>(config.threads),
+              .not_ready = [this] { return health_.reason(); }}),
         housekeeper_(*store_, kHousekeeping,
                      [this](const std::string& id) {
                        watcher_.refresh(id);
                        metrics_.forget(id);
                      }),
         server_(server_options(config), api_.hooks()) {
-    inspector_.await_start();
+    tasks_.await_start();
     cancel_jobs_of_revoked_keys();
     api_.attach(server_);
+    server_.take_threads();
     port_ = server_.bind(config.host, config.port);
     if (config.workers > 0) {
       free_claims_of_the_dead();
@@ -177,11 +192,12 @@ class Service {
   /// ends, as its terminal has closed.
   int await_end() {
     const sigset_t signals = awaited_signals();
-    int signal = 0;
-    do {
-      sigwait(&signals, &signal);
-    } while (signal == SIGHUP && reload());
-    return signal;
+    constexpr timespec kLook{.tv_sec = 1, .tv_nsec = 0};
+    for (;;) {
+      const int signal = ::sigtimedwait(&signals, nullptr, &kLook);
+      if (signal > 0 && (signal != SIGHUP || !reload())) return signal;
+      api_.log_refusals();
+    }
   }
 
   bool reload() {
@@ -219,7 +235,12 @@ class Service {
   LinkSigner links_;
   Health health_;
   Metrics metrics_;
+  TaskPool tasks_;
   Inspector inspector_;
+  Encoder encoder_;
+  ResultFiles results_;
+  OpenStreams streams_;
+  PageFiles page_;
   JobWatcher watcher_;
   Api api_;
   Housekeeper housekeeper_;
@@ -241,8 +262,18 @@ int serve(const ServeConfig& config, const std::filesystem::path& executable) {
     return service.run();
   } catch (const KeyFileError& error) {
     spdlog::critical("cannot start with the key file {}: {}", config.access.keys.string(), error.what());
+  } catch (const crease::Error& error) {
+    spdlog::critical("cannot start: {}", error.detail());
+  } catch (const std::bad_alloc&) {
+    spdlog::critical("cannot start: there is not enough memory; raise its limit (ulimit -v, or that of the container)");
   } catch (const std::system_error& error) {
-    spdlog::critical("cannot listen on {} port {}: {}", config.host, config.port, error.what());
+    const bool of_threads = error.code() == std::errc::resource_unavailable_try_again;
+    if (of_threads) {
+      spdlog::critical("cannot start: a thread could not be started ({}); raise the limit of processes (ulimit -u)",
+                       error.what());
+    } else {
+      spdlog::critical("cannot listen on {} port {}: {}", config.host, config.port, error.what());
+    }
   } catch (const std::exception& error) {
     spdlog::critical("cannot start: {}", error.what());
   }

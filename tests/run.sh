@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the tests: tests/run.sh [STEP…]
-# Without a step all of them run but format, load, pictures and bench; each runs even when an earlier one failed, unless
-# the build did.
+# Without a step all of them run but faults, format, load, pictures and bench; each runs even when an earlier one failed,
+# unless the build did.
 #   build     the release preset, tests and benchmarks included
 #   unit service quality   the rooms of tests under ctest, one process for each suite
 #   openapi   the OpenAPI document through two linters, and the answers of the service tests against it
@@ -13,6 +13,7 @@
 #   tsan      the service tests whose threads share something, under ThreadSanitizer
 #   tidy [FILE… | all]   clang-tidy over what differs from main, over the files, or over everything. Among other steps it
 #             begins no file after CREASED_TIDY_SECONDS (180), and says so
+#   faults [RUNS]   a call on files fails in each of so many runs (1000) of a job through a server
 #   format    rewrites every source as lint wants it
 #   load      streams, jobs a second, overload and a soak on a real server
 #   pictures  takes the pictures of the page in README.md anew: look at them before they are committed
@@ -22,7 +23,7 @@ set -euo pipefail
 
 cd "$(dirname "$(readlink -f "$0")")/.."
 readonly steps=(build unit service openapi quality gltf page lint asan fuzz tsan tidy)
-readonly takes_words='^(fuzz|tidy)$' may_be_left_out='^(tidy|tsan)$'
+readonly takes_words='^(faults|fuzz|tidy)$' may_be_left_out='^(tidy|tsan)$'
 readonly bin=build/release/bin
 # What cannot run on this machine ends with this code.
 readonly cannot_run=77
@@ -135,6 +136,9 @@ run_pictures() {
   CREASED_BIN=$PWD/$bin node tests/page/pictures.mjs client/web/pictures
 }
 
+run_faults() {
+  CREASED_FAILING_RUNS=${1:-1000} "$bin/service_tests" --gtest_filter='FailingDisk.*'
+}
 run_load() { node tests/bench/load.mjs "$bin"; }
 run_bench() { "$bin/crease_bench"; }
 

@@ -16,7 +16,6 @@ struct LocalJob {
   v1::Job job;
   v1::Report report;
   LabelledMesh result;
-  nlohmann::ordered_json extras;  ///< of mesh files; the same as the service's, so that the files are identical
 };
 
 /// Checks and smooths a mesh as a worker of the service does. An empty `format` is guessed. `weights` names a file with

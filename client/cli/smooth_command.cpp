@@ -9,6 +9,7 @@
 #include "client/cli/parameter_options.h"
 #include "client/cli/progress_bar.h"
 #include "client/cli/service_client.h"
+#include "proto/assembly.h"
 #include "proto/convert.h"
 #include "proto/result_formats.h"
 
@@ -54,12 +55,13 @@ Json smooth_locally(const SmoothOptionsOfCommand& options, const Plan& plan, Pro
   const auto show = [&](const v1::Progress& progress) { bar.update(progress); };
   const LocalJob local =
       run_local_job(options.input, options.input_format, options.weights, plan.parameters, show, interruption);
-  write_file(options.output, plan.format.write(local.result, local.extras));
-  if (!options.labels.empty()) write_file(options.labels, plan.label_format.write_labels(local.result, 0));
-  if (!options.ridges.empty()) {
-    write_file(options.ridges, plan.ridge_format.write_ridges(local.result, local.extras));
-  }
-  if (!options.report.empty()) write_file(options.report, to_json(local.report).dump(1) + "\n");
+  const auto part = [&](v1::ResultPart what, const Format& format) {
+    return encode(what, format, local.result, local.job);
+  };
+  write_file(options.output, part(v1::RESULT_PART_MESH, plan.format));
+  if (!options.labels.empty()) write_file(options.labels, part(v1::RESULT_PART_LABELS, plan.label_format));
+  if (!options.ridges.empty()) write_file(options.ridges, part(v1::RESULT_PART_RIDGES, plan.ridge_format));
+  if (!options.report.empty()) write_file(options.report, encode(*report_formats().front(), local.report));
   return to_json(local.job);
 }
 

@@ -67,7 +67,8 @@ struct Setting {
 inline constexpr Setting kReference{kFlatFamily, 0.2};
 
 /// What the automatic setting chooses among. Whoever changes them fits core/choice/expected_error_table.h anew.
-inline constexpr std::array<Setting, 14> kSettings{{{kCreaseFamily, 0.05},
+inline constexpr std::array<Setting, 15> kSettings{{{kCreaseFamily, 0.05},
+                                                    {kCreaseFamily, 0.1},
                                                     {kSharpCreaseFamily, 0.025},
                                                     {kCurvedCreaseFamily, 0.04},
                                                     {kRoundCreaseFamily, 0.005},

@@ -106,19 +106,21 @@ class Description {
 
   /// Noise is as strong between neighbours as over wide patches; shape is not.
   void describe_residuals() {
-    double twists = 0, wide = 0;
+    double twists = 0;
     for (std::size_t e = 0; e < mesh_.edge_count; ++e) {
       const float twist = residuals_[end_of(e, 0)] + residuals_[end_of(e, 1)] -
                           residuals_[static_cast<std::size_t>(mesh_.edge_opposites[0][e])] -
                           residuals_[static_cast<std::size_t>(mesh_.edge_opposites[1][e])];
       twists += static_cast<double>(twist * twist);
     }
-    constexpr int kWide = 8;
-    std::vector<float> means(residuals_);
-    mesh_.diffuse(means, kWide);
-    for (const float mean : means) wide += static_cast<double>(mean * mean);
     add(log_of(twists / std::max(1.0, static_cast<double>(mesh_.edge_count)) / evidence_.variance));
-    add(log_of(wide / static_cast<double>(mesh_.vertex_count) / evidence_.variance));
+    std::vector<float> means(residuals_);
+    for (const int rounds : {1, 2, 5}) {
+      mesh_.diffuse(means, rounds);
+      double squares = 0;
+      for (const float mean : means) squares += static_cast<double>(mean * mean);
+      add(log_of(squares / static_cast<double>(mesh_.vertex_count) / evidence_.variance));
+    }
   }
 
   void add(double feature) { features_.at(known_++) = feature; }

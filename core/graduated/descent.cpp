@@ -62,10 +62,9 @@ GraduatedResult GraduatedDescent::run(const StageObserver& observer) {
   if (options_.metric != nullptr) {
     search.least_gain = 1e-4;
     search.longest_move = 0.5F;
-    search.scale_metric = false;
-    search.precondition = [&](std::span<float> step) { options_.metric->solve(step); };
+    search.solve = [&](std::span<float> step) { options_.metric->solve(step); };
   } else {
-    search.precondition = [&](std::span<float> step) { scale_by_curvature(step); };
+    search.diagonal = &inverse_curvatures_;
   }
   for (int stage = first_stage_; stage < options_.stages; ++stage) {
     begin_stage(stage);
@@ -85,14 +84,6 @@ void GraduatedDescent::update_metric() {
     diagonal.push_back(2 * static_cast<double>(energy_.likelihood * precision));
   }
   options_.metric->factorize(positions_, energy_.stiffness(), diagonal, energy_.fading_area);
-}
-
-void GraduatedDescent::scale_by_curvature(std::span<float> step) {
-  const std::size_t count = mesh_.vertex_count;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    float* const along = step.data() + axis * count;
-    for (std::size_t v = 0; v < count; ++v) along[v] *= inverse_curvatures_[v];
-  }
 }
 
 void GraduatedDescent::begin_stage(int stage) {

@@ -65,7 +65,6 @@ class GraduatedDescent {
  private:
   void begin_stage(int stage);
   void update_metric();
-  void scale_by_curvature(std::span<float> step);
   void update_normals();
   void update_references();
   void update_scales(float scale);
@@ -77,7 +76,7 @@ class GraduatedDescent {
   ThreadTeam& team_;
   GraduatedEnergy energy_;
   FlatVectors positions_, area_vectors_;
-  std::vector<float> inverse_curvatures_;  ///< per vertex, of the stage
+  std::vector<float> inverse_curvatures_;  ///< of the stage, a number for each of `positions_`
   LatentVariance latent_;
   int first_stage_ = 0;
 };

@@ -249,8 +249,9 @@ std::vector<float> GraduatedEnergy::inverse_curvatures(std::span<const float> po
   const FlatMesh& mesh = mesh_;
   const std::size_t faces = mesh.face_count;
   const Flat p = flat(positions);
-  std::vector<float> result(mesh.vertex_count);
-  team.run(mesh.vertex_count, kBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
+  const std::size_t vertices = mesh.vertex_count;
+  std::vector<float> result(3 * vertices);
+  team.run(vertices, kBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t v = begin; v < end; ++v) {
       float sum = 2 * likelihood * precisions[v] * std::max(1.0F, across);
       for (const Index place : mesh.vertex_corners[v]) {
@@ -263,7 +264,7 @@ std::vector<float> GraduatedEnergy::inverse_curvatures(std::span<const float> po
         }
         sum += stiffness * (x * x + y * y + z * z) * r * r;
       }
-      result[v] = sum > 0 ? 1 / sum : 1;
+      result[v] = result[vertices + v] = result[2 * vertices + v] = sum > 0 ? 1 / sum : 1;
     }
   });
   return result;

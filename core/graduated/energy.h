@@ -47,8 +47,8 @@ class GraduatedEnergy {
   const Parts& parts() const { return parts_; }
   /// ∂ψ/∂q · 2w per edge at the last positions.
   std::span<const float> stiffness() const { return {stiffness_.data(), mesh_.edge_count}; }
-  /// One over the second derivative of E along each vertex's normal at the last positions, which are `positions`; the
-  /// curvature of ψ itself and the fold term are left out.
+  /// One over the second derivative of E along each vertex's normal at the last positions, which are `positions`, for
+  /// each of its coordinates; the curvature of ψ itself and the fold term are left out.
   std::vector<float> inverse_curvatures(std::span<const float> positions, ThreadTeam& team) const;
 
  private:

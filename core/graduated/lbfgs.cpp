@@ -1,9 +1,9 @@
 #include "core/graduated/lbfgs.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 
 #include "core/geometry/lanes.h"
 
@@ -11,6 +11,7 @@ namespace crease {
 namespace {
 
 constexpr std::size_t kHistory = 5;
+constexpr std::size_t kSlots = kHistory + 1;  ///< one for the pair of the present step
 constexpr std::size_t kVectorBlock = 4096;
 constexpr double kSufficientDecrease = 1e-4;
 constexpr int kTrials = 12;
@@ -28,16 +29,38 @@ CREASE_WIDE_CLONES double dot_block(const float* a, const float* b, std::size_t 
   return sum;
 }
 
+/// Σ a_i² b_i
+CREASE_WIDE_CLONES double weighted_square_block(const float* a, const float* b, std::size_t count) {
+  std::array<float, 16> lanes{};
+  std::size_t i = 0;
+  for (; i + 16 <= count; i += 16) {
+    for (std::size_t k = 0; k < 16; ++k) lanes[k] += a[i + k] * a[i + k] * b[i + k];
+  }
+  double sum = 0;
+  for (const float lane : lanes) sum += static_cast<double>(lane);
+  for (; i < count; ++i) sum += static_cast<double>(a[i] * a[i] * b[i]);
+  return sum;
+}
+
 /// a += factor · b
 CREASE_WIDE_CLONES void add_block(float* __restrict a, float factor, const float* __restrict b, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) a[i] += factor * b[i];
 }
 
-struct Pair {
-  std::vector<float> step, change;  ///< of x and of the gradient
-  double inverse = 0;               ///< 1/(step·change)
-};
+/// result = a + factor · b
+CREASE_WIDE_CLONES void sum_block(float* __restrict result, const float* __restrict a, float factor,
+                                  const float* __restrict b, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) result[i] = a[i] + factor * b[i];
+}
 
+/// a *= b
+CREASE_WIDE_CLONES void multiply_block(float* __restrict a, const float* __restrict b, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) a[i] *= b[i];
+}
+
+/// A search reads its history thrice a step, and little else costs time where a mesh is too large for the caches. So
+/// what a step needs of products is computed block by block while the block is at hand, and the two-loop recursion runs
+/// over the products alone.
 class Search {
  public:
   Search(const DifferentiableFunction& function, std::vector<float>& x, const LbfgsOptions& options, ThreadTeam& team)
@@ -49,7 +72,7 @@ class Search {
         d_(x.size()),
         trial_(x.size()),
         trial_g_(x.size()) {
-    for (Pair& pair : history_) {
+    for (Pair& pair : pairs_) {
       pair.step.resize(x.size());
       pair.change.resize(x.size());
     }
@@ -60,8 +83,7 @@ class Search {
     if (options_.on_start) options_.on_start();
     int small_gains = 0;
     for (int step = 0; step < options_.steps && small_gains < kPatience; ++step) {
-      set_direction();
-      const double slope = dot(d_, g_);
+      const double slope = set_direction();
       const double before = value_;
       if (!(slope < 0) || !move(slope)) {
         if (size_ == 0) break;
@@ -74,55 +96,114 @@ class Search {
   }
 
  private:
-  double dot(const std::vector<float>& a, const std::vector<float>& b) {
-    const std::size_t count = a.size();
-    std::vector<double> sums((count + kVectorBlock - 1) / kVectorBlock);
-    team_.run(sums.size(), 4, [&](std::size_t first, std::size_t last, std::size_t) {
+  using Products = Eigen::Array<double, kSlots, 1>;  ///< a number for each slot
+
+  /// A step, and the change of the gradient over it.
+  struct Pair {
+    std::vector<float> step, change;
+    Products step_times_changes = Products::Zero();
+    double step_times_gradient = 0;  ///< the present gradient
+    double metric_scale = 1;         ///< of a diagonal metric, as this step tells it
+  };
+
+  /// What a new pair has to do with the others.
+  struct NewProducts {
+    Products steps_times_gradient = Products::Zero();
+    Products steps_times_change = Products::Zero();
+    Products step_times_changes = Products::Zero();
+    double squared_change = 0, squared_in_metric = 0;
+
+    NewProducts& operator+=(const NewProducts& other) {
+      steps_times_gradient += other.steps_times_gradient;
+      steps_times_change += other.steps_times_change;
+      step_times_changes += other.step_times_changes;
+      squared_change += other.squared_change;
+      squared_in_metric += other.squared_in_metric;
+      return *this;
+    }
+  };
+
+  /// The sum over all blocks of what `body(begin, count)` returns for one.
+  template <typename Body>
+  auto sum_over_blocks(Body body) {
+    const std::size_t count = x_.size();
+    using Value = decltype(body(count, count));
+    std::vector<Value> sums((count + kVectorBlock - 1) / kVectorBlock);
+    team_.run(sums.size(), 1, [&](std::size_t first, std::size_t last, std::size_t) {
       for (std::size_t block = first; block < last; ++block) {
-        const std::size_t begin = block * kVectorBlock;
-        sums[block] = dot_block(a.data() + begin, b.data() + begin, std::min(kVectorBlock, count - begin));
+        sums[block] = body(block * kVectorBlock, std::min(kVectorBlock, count - block * kVectorBlock));
       }
     });
-    double total = 0;
-    for (const double sum : sums) total += sum;
+    Value total = sums.front();
+    for (std::size_t block = 1; block < sums.size(); ++block) total += sums[block];
     return total;
   }
 
-  void add(std::vector<float>& a, double factor, const std::vector<float>& b) {
-    team_.run(a.size(), 4 * kVectorBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
-      add_block(a.data() + begin, static_cast<float>(factor), b.data() + begin, end - begin);
-    });
+  std::size_t slot(std::size_t age) const { return (next_ + kSlots - 1 - age) % kSlots; }
+  Pair& recent(std::size_t age) { return pairs_[slot(age)]; }
+  template <typename Numbers>
+  auto& at(Numbers& numbers, std::size_t age) const {
+    return numbers[static_cast<Eigen::Index>(slot(age))];
   }
 
-  Pair& recent(std::size_t age) { return history_[(next_ + kHistory - 1 - age) % kHistory]; }
-
-  /// The two-loop recursion.
-  void set_direction() {
-    for (std::size_t i = 0; i < d_.size(); ++i) d_[i] = -g_[i];
-    std::array<double, kHistory> alpha{};
+  /// Sets d to minus the gradient times the inverse Hessian, as far as it is known: the two-loop recursion. Returns the
+  /// slope along it.
+  double set_direction() {
+    Products alpha = Products::Zero();
     for (std::size_t age = 0; age < size_; ++age) {
       const Pair& pair = recent(age);
-      alpha[age] = pair.inverse * dot(pair.step, d_);
-      add(d_, -alpha[age], pair.change);
+      const double known = (alpha * pair.step_times_changes).sum();
+      at(alpha, age) = (pair.step_times_gradient - known) / at(pair.step_times_changes, age);
     }
-    if (options_.precondition) options_.precondition(d_);
-    if (options_.scale_metric && size_ > 0) {
-      const Pair& last = recent(0);
-      const auto scale = static_cast<float>(1 / (last.inverse * squared_length(last.change)));
-      for (float& number : d_) number *= scale;
-    }
+    const Products products = begin_direction(alpha);
+    Products factors = Products::Zero();
     for (std::size_t age = size_; age-- > 0;) {
-      const Pair& pair = recent(age);
-      add(d_, alpha[age] - pair.inverse * dot(pair.change, d_), pair.step);
+      double product = at(products, age);
+      for (std::size_t older = age + 1; older < size_; ++older) {
+        product += at(factors, older) * at(recent(older).step_times_changes, age);
+      }
+      at(factors, age) = at(alpha, age) - product / at(recent(age).step_times_changes, age);
     }
+    return end_direction(factors);
   }
 
-  /// In the first metric.
-  double squared_length(const std::vector<float>& gradient) {
-    if (!options_.precondition) return dot(gradient, gradient);
-    worth_ = gradient;
-    options_.precondition(worth_);
-    return dot(gradient, worth_);
+  /// d = M (g − Σ α change). Returns its products with the changes.
+  Products begin_direction(const Products& alpha) {
+    const Products products = sum_over_blocks([&](std::size_t begin, std::size_t count) {
+      float* const d = d_.data() + begin;
+      std::copy_n(g_.data() + begin, count, d);
+      for (std::size_t age = 0; age < size_; ++age) {
+        add_block(d, static_cast<float>(-at(alpha, age)), recent(age).change.data() + begin, count);
+      }
+      if (options_.solve) return Products(Products::Zero());
+      const auto scale = static_cast<float>(size_ > 0 ? recent(0).metric_scale : 1);
+      for (std::size_t i = 0; i < count; ++i) d[i] *= scale;
+      if (options_.diagonal != nullptr) multiply_block(d, options_.diagonal->data() + begin, count);
+      return products_with_changes(begin, count);
+    });
+    if (!options_.solve) return products;
+    options_.solve(d_);
+    return sum_over_blocks([&](std::size_t begin, std::size_t count) { return products_with_changes(begin, count); });
+  }
+
+  Products products_with_changes(std::size_t begin, std::size_t count) {
+    Products products = Products::Zero();
+    for (std::size_t age = 0; age < size_; ++age) {
+      at(products, age) = dot_block(d_.data() + begin, recent(age).change.data() + begin, count);
+    }
+    return products;
+  }
+
+  /// d = −(d + Σ factor · step). Returns its product with the gradient.
+  double end_direction(const Products& factors) {
+    return sum_over_blocks([&](std::size_t begin, std::size_t count) {
+      float* const d = d_.data() + begin;
+      for (std::size_t age = 0; age < size_; ++age) {
+        add_block(d, static_cast<float>(at(factors, age)), recent(age).step.data() + begin, count);
+      }
+      for (std::size_t i = 0; i < count; ++i) d[i] = -d[i];
+      return dot_block(d, g_.data() + begin, count);
+    });
   }
 
   double longest_move() const {
@@ -136,7 +217,7 @@ class Search {
   }
 
   double first_length() const {
-    if (size_ == 0 && options_.scale_metric) return static_cast<double>(options_.first_move) / longest_move();
+    if (size_ == 0 && !options_.solve) return static_cast<double>(options_.first_move) / longest_move();
     if (options_.longest_move > 0) return std::min(1.0, static_cast<double>(options_.longest_move) / longest_move());
     return 1;
   }
@@ -145,8 +226,9 @@ class Search {
   bool move(double slope) {
     double length = first_length();
     for (int trial = 0; trial < kTrials; ++trial) {
-      trial_ = x_;
-      add(trial_, length, d_);
+      team_.run(x_.size(), kVectorBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
+        sum_block(trial_.data() + begin, x_.data() + begin, static_cast<float>(length), d_.data() + begin, end - begin);
+      });
       const double value = function_(trial_, trial_g_);
       if (value <= value_ + kSufficientDecrease * length * slope) {
         accept(value);
@@ -159,16 +241,21 @@ class Search {
     return false;
   }
 
+  /// The trial becomes the present point, and the step to it the most recent pair, unless it tells nothing.
   void accept(double value) {
-    Pair& pair = history_[next_];
-    for (std::size_t i = 0; i < x_.size(); ++i) {
-      pair.step[i] = trial_[i] - x_[i];
-      pair.change[i] = trial_g_[i] - g_[i];
+    const NewProducts products =
+        sum_over_blocks([&](std::size_t begin, std::size_t count) { return write_pair(begin, count); });
+    for (std::size_t k = 0; k < kSlots; ++k) {
+      const auto place = static_cast<Eigen::Index>(k);
+      pairs_[k].step_times_gradient = products.steps_times_gradient[place];
+      pairs_[k].step_times_changes[static_cast<Eigen::Index>(next_)] = products.steps_times_change[place];
     }
-    const double curvature = dot(pair.step, pair.change);
-    if (curvature > 1e-10 * dot(pair.change, pair.change)) {
-      pair.inverse = 1 / curvature;
-      next_ = (next_ + 1) % kHistory;
+    Pair& pair = pairs_[next_];
+    pair.step_times_changes = products.step_times_changes;
+    const double curvature = pair.step_times_changes[static_cast<Eigen::Index>(next_)];
+    if (curvature > 1e-10 * products.squared_change) {
+      pair.metric_scale = curvature / products.squared_in_metric;
+      next_ = (next_ + 1) % kSlots;
       size_ = std::min(size_ + 1, kHistory);
     }
     x_.swap(trial_);
@@ -176,12 +263,37 @@ class Search {
     value_ = value;
   }
 
+  /// Writes a block of the new pair.
+  NewProducts write_pair(std::size_t begin, std::size_t count) {
+    float* const step = pairs_[next_].step.data() + begin;
+    float* const change = pairs_[next_].change.data() + begin;
+    const float* const gradient = trial_g_.data() + begin;
+    sum_block(step, trial_.data() + begin, -1, x_.data() + begin, count);
+    sum_block(change, gradient, -1, g_.data() + begin, count);
+    NewProducts products;
+    for (std::size_t k = 0; k < kSlots; ++k) {
+      if (k != next_ && !is_known(k)) continue;
+      const auto place = static_cast<Eigen::Index>(k);
+      products.steps_times_gradient[place] = dot_block(pairs_[k].step.data() + begin, gradient, count);
+      products.steps_times_change[place] = dot_block(pairs_[k].step.data() + begin, change, count);
+      products.step_times_changes[place] = dot_block(step, pairs_[k].change.data() + begin, count);
+    }
+    products.squared_change = dot_block(change, change, count);
+    products.squared_in_metric = options_.diagonal == nullptr
+                                     ? products.squared_change
+                                     : weighted_square_block(change, options_.diagonal->data() + begin, count);
+    return products;
+  }
+
+  /// Whether a slot holds one of the recent pairs.
+  bool is_known(std::size_t k) const { return (next_ + kSlots - 1 - k) % kSlots < size_; }
+
   const DifferentiableFunction& function_;
   std::vector<float>& x_;
   const LbfgsOptions& options_;
   ThreadTeam& team_;
-  std::vector<float> g_, d_, trial_, trial_g_, worth_;
-  std::array<Pair, kHistory> history_;
+  std::vector<float> g_, d_, trial_, trial_g_;
+  std::array<Pair, kSlots> pairs_;
   std::size_t size_ = 0, next_ = 0;
   double value_ = 0;
 };

@@ -15,12 +15,14 @@ struct LbfgsOptions {
   int steps = 50;
   double least_gain = 1e-5;  ///< relative; three smaller ones in a row end the search
   float first_move = 0.1F;   ///< of the vertex that moves farthest in a step without a history
-  /// First metric: replaces a gradient by what it is worth as a step. Empty: the identity.
-  std::function<void(std::span<float>)> precondition = {};
-  /// Called after the first evaluation, before the first step: what is known there may make the metric.
-  std::function<void()> on_start = {};
-  bool scale_metric = true;  ///< the first metric holds up to a factor, which the last step tells
   float longest_move = 0;    ///< of any vertex in a step; 0: any
+  /// Called after the first evaluation, before the first step: what is known there may make the first metric, which is
+  /// one of the next two, or the identity.
+  std::function<void()> on_start = {};
+  /// One number for each of `x`, up to a factor, which the last step tells.
+  const std::vector<float>* diagonal = nullptr;
+  /// Replaces a gradient by what it is worth as a step.
+  std::function<void(std::span<float>)> solve = {};
 };
 
 /// Minimises by limited-memory BFGS [Liu & Nocedal 1989] with backtracking along a parabola, from `x` to `x`. The same

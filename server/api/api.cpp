@@ -7,13 +7,8 @@
 
 #include "core/base/text.h"
 #include "proto/error_table.h"
-#include "proto/parameter_table.h"
-#include "server/api/jobs.h"
 #include "server/api/links.h"
-#include "server/api/openapi.h"
 #include "server/api/problem.h"
-#include "server/api/samples.h"
-#include "server/api/submit.h"
 #include "server/base/log.h"
 
 namespace creased {
@@ -24,70 +19,7 @@ using crease::Error;
 
 constexpr std::uint64_t kSmallBody = 64 * 1024;  // for calls that need no body
 
-/// Runs `work` and answers its errors with problem documents. Only the text of our own errors is shown to the client.
-template <typename Work>
-void guarded(httplib::Response& response, const std::string& request_id, const Work& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    if (crease::error_kind(error.code()).status >= 500) {
-      log_event(spdlog::level::warn, "request refused",
-                {{"id", request_id}, {"code", error.code()}, {"detail", error.detail()}});
-    }
-    answer_problem(response, error, request_id);
-  } catch (const std::exception& error) {
-    log_event(spdlog::level::err, "request failed", {{"id", request_id}, {"what", error.what()}});
-    answer_problem(response, Error("internal", "an unexpected error occurred; the server's log has the details"),
-                   request_id);
-  }
-}
-
-void answer_json(Call& call, const nlohmann::ordered_json& answer, const std::string& type = "application/json") {
-  call.response.set_content(answer.dump(2) + "\n", type);
-}
-
 }  // namespace
-
-Api::Api(const Services& services)
-    : services_(services),
-      downloads_(services.store),
-      streams_(services.store, services.watcher, services.gate, services.max_streams),
-      page_(services.page) {
-  handlers_ = {
-      {"submit_job", [this](Call& call) { submit_job(services_, call); }},
-      {"list_jobs", [this](Call& call) { list_jobs(services_, call); }},
-      {"get_job", [this](Call& call) { get_job(services_, call); }},
-      {"delete_job", [this](Call& call) { delete_job(services_, call); }},
-      {"cancel_job", [this](Call& call) { cancel_job(services_, call); }},
-      {"watch_job", [this](Call& call) { streams_.open(call); }},
-      {"create_link", [this](Call& call) { create_link(services_.links, services_.store, call); }},
-      {"get_mesh", [this](Call& call) { downloads_.get_mesh(call); }},
-      {"get_labels", [this](Call& call) { downloads_.get_labels(call); }},
-      {"get_ridges", [this](Call& call) { downloads_.get_ridges(call); }},
-      {"get_report", [this](Call& call) { downloads_.get_report(call); }},
-      {"get_parameters", [schema = crease::parameters_schema(services.parameters)](
-                             Call& call) { answer_json(call, schema, "application/schema+json"); }},
-      {"get_page", [this](Call& call) { page_.get_page(call); }},
-      {"get_docs", [this](Call& call) { page_.get_docs(call); }},
-      {"get_asset", [this](Call& call) { page_.get_asset(call); }},
-      {"get_sample", get_sample},
-      {"get_health",
-       [](Call& call) {
-         answer_json(call, {{"status", "ok"}, {"version", CREASE_VERSION}});
-       }},
-      {"get_readiness", [this](Call& call) { get_readiness(call); }},
-      {"get_metrics", [this](Call& call) { get_metrics(call); }},
-      {"get_openapi",
-       [document = openapi_document(services.parameters)](Call& call) {
-         auto answer = document;
-         if (!call.exchange.base.empty()) answer["servers"][0]["url"] = call.exchange.base;
-         answer_json(call, answer, "application/vnd.oai.openapi+json;version=3.1");
-       }},
-  };
-  for (const auto& route : routes()) {
-    if (handlers_.count(route.operation) == 0) throw std::logic_error("no handler for " + route.operation);
-  }
-}
 
 GuardedServer::Hooks Api::hooks() {
   return {[this](Exchange& exchange) { return begin(exchange); },
@@ -96,7 +28,7 @@ GuardedServer::Hooks Api::hooks() {
 }
 
 void Api::attach(GuardedServer& server) {
-  server_ = &server;
+  services_.connections = [&server] { return server.connections(); };
   const auto without_body = [this](const httplib::Request& request, httplib::Response& response) {
     dispatch(request, response, nullptr);
   };
@@ -185,7 +117,7 @@ void Api::complete(const Exchange& exchange, httplib::Response& response) const 
 
 Api::ServerResult Api::before_routing(const httplib::Request& request, httplib::Response& response) {
   const RouteMatch match = match_route(request.method, request.path);
-  const Exchange& exchange = exchange_of(request);
+  Exchange& exchange = exchange_of(request);
   if (exchange.refusal) return refuse(exchange, response);
   if (exchange.path.empty()) {
     // Addresses in the page are relative to the slash.
@@ -199,11 +131,11 @@ Api::ServerResult Api::before_routing(const httplib::Request& request, httplib::
                                                      : fmt::format("{}", fmt::join(match.allowed, ", ")));
     return ServerResult::Handled;
   }
-  guarded(response, exchange.request_id, [&] { refuse_early(request, match, response); });
+  guarded(exchange, response, [&] { refuse_early(request, match, response); });
   return response.status == -1 ? ServerResult::Unhandled : ServerResult::Handled;
 }
 
-Api::ServerResult Api::refuse(const Exchange& exchange, httplib::Response& response) {
+Api::ServerResult Api::refuse(Exchange& exchange, httplib::Response& response) {
   if (exchange.retry_after.count() > 0) {
     response.set_header("Retry-After", std::to_string(exchange.retry_after.count()));
   }
@@ -212,6 +144,7 @@ Api::ServerResult Api::refuse(const Exchange& exchange, httplib::Response& respo
     response.set_header("WWW-Authenticate",
                         given ? R"(Bearer realm="creased", error="invalid_token")" : R"(Bearer realm="creased")");
   }
+  exchange.code = exchange.refusal->code();
   answer_problem(response, *exchange.refusal, exchange.request_id);
   return ServerResult::Handled;
 }
@@ -248,35 +181,51 @@ void Api::refuse_early(const httplib::Request& request, const RouteMatch& match,
 void Api::dispatch(const httplib::Request& request, httplib::Response& response, const httplib::ContentReader* body) {
   RouteMatch match = match_route(request.method, request.path);
   Exchange& exchange = exchange_of(request);
-  guarded(response, exchange.request_id, [&] {
-    Call call{request, response, exchange, *match.route, std::move(match.id), std::move(match.format), body};
-    handlers_.at(match.route->operation)(call);
+  guarded(exchange, response, [&] {
+    Call call{request, response, exchange, std::move(match.id), std::move(match.format), body};
+    match.route->answer(services_, call);
   });
-}
-
-void Api::get_readiness(Call& call) {
-  if (services_.shutting_down) throw Error("shutting_down", "the server is going down");
-  const std::string reason = services_.not_ready ? services_.not_ready() : services_.store.not_ready_reason();
-  if (!reason.empty()) throw Error("store_unavailable", reason);
-  answer_json(call, {{"status", "ready"}});
-}
-
-void Api::get_metrics(Call& call) {
-  call.response.set_content(services_.metrics.text(services_.store.queued(), streams_.count(), server_->connections()),
-                            "text/plain; version=0.0.4; charset=utf-8");
 }
 
 void Api::finished(const ExchangeSummary& exchange) {
   services_.metrics.count(exchange);
-  nlohmann::ordered_json fields = {{"id", exchange.request_id},
-                                   {"method", exchange.method},
-                                   {"path", without_secrets(without_signature(exchange.target))},
-                                   {"status", exchange.status},
-                                   {"bytes", exchange.bytes_out},
-                                   {"ms", std::round(exchange.seconds * 1e4) / 10},
-                                   {"remote", exchange.remote}};
+  constexpr int kRefused = 400;
+  const std::string reason = exchange.code.empty() ? std::to_string(exchange.status) : exchange.code;
+  if (exchange.status >= kRefused && !refusals_.admit(reason)) return;
+  nlohmann::ordered_json fields = {
+      {"id", exchange.request_id}, {"method", exchange.method},   {"path", without_secrets(without_signature(exchange.target))},
+      {"status", exchange.status}, {"bytes", exchange.bytes_out}, {"ms", std::round(exchange.seconds * 1e4) / 10},
+      {"remote", exchange.remote}};
   if (!exchange.key.empty()) fields["key"] = exchange.key;
+  if (!exchange.code.empty()) fields["code"] = exchange.code;
   log_event(spdlog::level::info, "request", fields);
+}
+
+void Api::log_refusals() {
+  constexpr std::chrono::seconds kEvery{1};
+  for (const auto& summary : refusals_.take_summaries(kEvery)) {
+    log_event(spdlog::level::warn, "more requests were refused, not logged one by one",
+              {{"code", summary.reason}, {"count", summary.count}, {"seconds", std::round(summary.seconds * 10) / 10}});
+  }
+}
+
+/// Runs `work` and answers its errors with problem documents. Only the text of our own errors is shown to the client.
+void Api::guarded(Exchange& exchange, httplib::Response& response, const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    exchange.code = error.code();
+    if (crease::error_kind(error.code()).status >= 500 && refusals_.admit("detail of " + exchange.code)) {
+      log_event(spdlog::level::warn, "request refused",
+                {{"id", exchange.request_id}, {"code", error.code()}, {"detail", error.detail()}});
+    }
+    answer_problem(response, error, exchange.request_id);
+  } catch (const std::exception& error) {
+    exchange.code = "internal";
+    log_event(spdlog::level::err, "request failed", {{"id", exchange.request_id}, {"what", error.what()}});
+    answer_problem(response, Error("internal", "an unexpected error occurred; the server's log has the details"),
+                   exchange.request_id);
+  }
 }
 
 }  // namespace creased

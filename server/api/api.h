@@ -1,12 +1,10 @@
 #pragma once
 
-#include <map>
-#include <string>
+#include <utility>
 
 #include "server/api/call.h"
-#include "server/api/downloads.h"
-#include "server/api/events.h"
-#include "server/api/page.h"
+#include "server/api/refusal_log.h"
+#include "server/api/routes.h"
 #include "server/transport/guarded_server.h"
 
 namespace creased {
@@ -15,17 +13,20 @@ namespace creased {
 /// document.
 class Api {
  public:
-  explicit Api(const Services& services);
+  explicit Api(Services services) : services_(std::move(services)) {}
 
   GuardedServer::Hooks hooks();
   /// Makes `server` answer with this API. Call it once, before the server starts.
   void attach(GuardedServer& server);
 
+  /// Logs how many refusals were not logged one by one. Call it about once a second.
+  void log_refusals();
+
  private:
   using ServerResult = httplib::Server::HandlerResponse;
 
   ServerResult before_routing(const httplib::Request& request, httplib::Response& response);
-  static ServerResult refuse(const Exchange& exchange, httplib::Response& response);
+  static ServerResult refuse(Exchange& exchange, httplib::Response& response);
   int before_body(const httplib::Request& request, httplib::Response& response);
   void refuse_early(const httplib::Request& request, const RouteMatch& match, httplib::Response& response) const;
   void dispatch(const httplib::Request& request, httplib::Response& response, const httplib::ContentReader* body);
@@ -35,17 +36,11 @@ class Api {
   void check_key(const Exchange& exchange, Access access) const;
   void count(Exchange& exchange, const RouteMatch& match);
   void complete(const Exchange& exchange, httplib::Response& response) const;
+  void guarded(Exchange& exchange, httplib::Response& response, const std::function<void()>& work);
   void finished(const ExchangeSummary& exchange);
 
-  void get_readiness(Call& call);
-  void get_metrics(Call& call);
-
   Services services_;
-  Downloads downloads_;
-  EventStreams streams_;
-  Page page_;
-  std::map<std::string, Handler> handlers_;  // by operation id
-  const GuardedServer* server_ = nullptr;
+  RefusalLog refusals_;
 };
 
 }  // namespace creased

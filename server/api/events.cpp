@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "proto/convert.h"
+#include "server/api/jobs.h"
 
 namespace creased {
 namespace {
@@ -27,53 +28,11 @@ std::string event_of(const JobView& view, const std::string& base) {
                      ended ? job_json(view.job, base) : crease::json_text(view.job.progress()));
 }
 
-}  // namespace
-
-void EventStreams::Open::add(const std::string& owner) {
-  const std::lock_guard lock(mutex_);
-  ++all_;
-  ++by_owner_[owner];
-}
-
-void EventStreams::Open::remove(const std::string& owner) {
-  const std::lock_guard lock(mutex_);
-  --all_;
-  const auto found = by_owner_.find(owner);
-  if (--found->second == 0) by_owner_.erase(found);
-}
-
-std::size_t EventStreams::Open::count() const {
-  const std::lock_guard lock(mutex_);
-  return all_;
-}
-
-std::size_t EventStreams::Open::count(const std::string& owner) const {
-  const std::lock_guard lock(mutex_);
-  const auto found = by_owner_.find(owner);
-  return found == by_owner_.end() ? 0 : found->second;
-}
-
-/// Counts one stream while it exists.
-class EventStreams::Slot {
- public:
-  Slot(std::shared_ptr<Open> open, std::string owner) : open_(std::move(open)), owner_(std::move(owner)) {
-    open_->add(owner_);
-  }
-  ~Slot() { open_->remove(owner_); }
-  const std::string& owner() const { return owner_; }
-  Slot(const Slot&) = delete;
-  Slot& operator=(const Slot&) = delete;
-
- private:
-  std::shared_ptr<Open> open_;
-  std::string owner_;
-};
-
 /// One stream. The server calls next() until the stream ends.
-class EventStreams::Stream {
+class Stream {
  public:
   Stream(JobWatcher& watcher, const Gatekeeper& gate, std::unique_ptr<JobWatcher::Subscription> subscription,
-         std::unique_ptr<Slot> slot, std::uint64_t version, const Exchange& exchange)
+         std::unique_ptr<OpenStreams::Slot> slot, std::uint64_t version, const Exchange& exchange)
       : watcher_(watcher),
         gate_(gate),
         subscription_(std::move(subscription)),
@@ -124,7 +83,7 @@ class EventStreams::Stream {
   JobWatcher& watcher_;
   const Gatekeeper& gate_;
   std::unique_ptr<JobWatcher::Subscription> subscription_;
-  std::unique_ptr<Slot> slot_;
+  std::unique_ptr<OpenStreams::Slot> slot_;
   std::uint64_t version_;
   const std::string base_;
   GuardedStream& connection_;
@@ -133,26 +92,11 @@ class EventStreams::Stream {
 };
 
 /// Counts the stream before it checks the limit, so that two streams opened at once cannot both take the last place.
-std::unique_ptr<EventStreams::Slot> EventStreams::take_slot(const Caller& caller) {
-  const std::string owner = caller.owner();
-  auto slot = std::make_unique<Slot>(open_, owner);
-  if (open_->count() > max_streams_) {
-    throw crease::Error("too_many_streams",
-                        fmt::format("{} event streams are open, the most that this server allows", max_streams_));
-  }
-  const std::size_t own = caller.limits.max_streams;
-  if (own > 0 && open_->count(owner) > own) {
-    throw crease::Error("key_streams_full",
-                        fmt::format("{} event streams are open, the most that this key may have", own));
-  }
-  return slot;
-}
-
-void EventStreams::open(Call& call) {
-  if (watcher_.closed()) throw crease::Error("shutting_down", "the server is shutting down");
-  find_job(store_, call);
-  auto slot = take_slot(call.caller());
-  auto subscription = watcher_.subscribe(call.id);
+void watch_job(Services& services, Call& call) {
+  if (services.watcher.closed()) throw crease::Error("shutting_down", "the server is shutting down");
+  find_job(services.store, call);
+  auto slot = services.streams.take(call.caller());
+  auto subscription = services.watcher.subscribe(call.id);
   if (subscription == nullptr) throw crease::Error("job_not_found", "no job '" + call.id + "'");
   const std::uint64_t version = last_event_id(call.exchange.head.header("Last-Event-ID"));
   const auto now = subscription->wait_newer(0, JobWatcher::Clock::now());
@@ -161,8 +105,8 @@ void EventStreams::open(Call& call) {
     return;
   }
   call.response.set_header("X-Accel-Buffering", "no");
-  auto stream =
-      std::make_shared<Stream>(watcher_, gate_, std::move(subscription), std::move(slot), version, call.exchange);
+  auto stream = std::make_shared<Stream>(services.watcher, services.gate, std::move(subscription), std::move(slot),
+                                         version, call.exchange);
   const auto provider = [stream](std::size_t, httplib::DataSink& sink) { return stream->next(sink); };
   if (call.exchange.head.version == "HTTP/1.1") {
     call.response.set_chunked_content_provider("text/event-stream", provider);
@@ -170,6 +114,19 @@ void EventStreams::open(Call& call) {
     call.exchange.close = true;
     call.response.set_content_provider("text/event-stream", provider);
   }
+}
+
+}  // namespace
+
+std::vector<Route> event_routes() {
+  return {{"GET",
+           "/v1/jobs/{id}/events",
+           "watch_job",
+           "Follow a job as server-sent events: progress, then succeeded, failed or cancelled",
+           {},
+           {{200, "The events.", {"text/event-stream"}, ""}, {204, "There are no events after Last-Event-ID.", {}, ""}},
+           {"job_not_found", "key_streams_full", "too_many_streams", "shutting_down"},
+           watch_job}};
 }
 
 }  // namespace creased

@@ -22,20 +22,8 @@ crease::v1::Job with_links(crease::v1::Job job, const std::string& base) {
   return job;
 }
 
-}  // namespace
-
-crease::v1::Job find_job(Store& store, const Call& call) {
-  auto job = store.find(call.id, call.owner());
-  if (!job) throw not_found(call.id);
-  return std::move(*job);
-}
-
-std::string job_json(const crease::v1::Job& job, const std::string& base) {
-  return crease::json_text(with_links(job, base));
-}
-
 void list_jobs(Services& services, Call& call) {
-  const auto limit = static_cast<std::size_t>(query_number(call.request.params, "limit", kDefaultPage));
+  const auto limit = static_cast<std::size_t>(call.query_number("limit", kDefaultPage));
   const JobPage page = services.store.list(call.query("state"), limit, call.query("cursor"), call.owner());
   crease::v1::JobList answer;
   for (const auto& job : page.jobs) *answer.add_jobs() = with_links(job, call.exchange.base);
@@ -60,6 +48,58 @@ void delete_job(Services& services, Call& call) {
   services.watcher.refresh(call.id);
   services.metrics.forget(call.id);
   call.response.status = 204;
+}
+
+}  // namespace
+
+crease::v1::Job find_job(Store& store, const Call& call) {
+  auto job = store.find(call.id, call.owner());
+  if (!job) throw not_found(call.id);
+  return std::move(*job);
+}
+
+std::string job_json(const crease::v1::Job& job, const std::string& base) {
+  return crease::json_text(with_links(job, base));
+}
+
+std::vector<Route> job_routes() {
+  return {
+      {"GET",
+       "/v1/jobs",
+       "list_jobs",
+       "List jobs, newest first",
+       {{"state", "string", "Only jobs in this state.", {"queued", "running", "succeeded", "failed", "cancelled"}},
+        {"limit", "integer", "Number of jobs on a page.", {}, 1, 1000},
+        {"cursor", "string", "Start of the page: next_cursor of the page before."}},
+       {{200, "A page of jobs.", {kJson}, "JobList"}},
+       {"parameter_invalid", "parameter_out_of_range"},
+       list_jobs},
+      {"GET",
+       "/v1/jobs/{id}",
+       "get_job",
+       "Get a job: state, input, parameters, progress, result",
+       {},
+       {{200, "The job.", {kJson}, "Job"}},
+       {"job_not_found"},
+       get_job},
+      {"DELETE",
+       "/v1/jobs/{id}",
+       "delete_job",
+       "Delete a job and all its data",
+       {},
+       {{204, "The job is deleted.", {}, ""}},
+       {"job_not_found"},
+       delete_job},
+      {"POST",
+       "/v1/jobs/{id}/cancel",
+       "cancel_job",
+       "Cancel a job",
+       {},
+       {{202, "The job will stop within one sweep.", {kJson}, "Job"},
+        {200, "The job had already ended.", {kJson}, "Job"}},
+       {"job_not_found"},
+       cancel_job},
+  };
 }
 
 }  // namespace creased

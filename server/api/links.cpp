@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <chrono>
 
+#include "proto/result_formats.h"
+#include "server/api/jobs.h"
+#include "server/api/routes.h"
 #include "server/store/job_row.h"
 
 namespace creased {
@@ -16,6 +19,11 @@ constexpr double kDaySeconds = 86'400;
 // Fields of the query that say what the link is, not what it reads.
 const std::vector<std::string> kOfLink = {"result", "format", "expires_in"};
 
+std::string value_of(const httplib::Params& query, const std::string& name) {
+  const auto found = query.find(name);
+  return found == query.end() ? "" : found->second;
+}
+
 std::string encoded_query(const httplib::Params& query) {
   std::string text;
   for (const auto& [name, value] : query) {
@@ -24,14 +32,13 @@ std::string encoded_query(const httplib::Params& query) {
   return text;
 }
 
-}  // namespace
-
-void create_link(const LinkSigner& signer, Store& store, Call& call) {
+/// Answers with the signed address of one part of a job.
+void create_link(Services& services, Call& call) {
   if (call.exchange.head.has_body()) {
     throw Error("request_malformed", "this call takes its fields in the query, and no body");
   }
   const Route& route = route_of(std::ranges::find(link_targets(), call.query("result"), &LinkTarget::name)->operation);
-  find_job(store, call);
+  find_job(services.store, call);
   httplib::Params query = call.request.params;
   for (const auto& name : kOfLink) query.erase(name);
   const std::string format = call.query("format");
@@ -39,18 +46,60 @@ void create_link(const LinkSigner& signer, Store& store, Call& call) {
   if (!format.empty()) fields.emplace("format", format);
   check_query(route, fields);
 
-  const auto seconds = static_cast<std::int64_t>(query_number(call.request.params, "expires_in", kDaySeconds));
+  const auto seconds = static_cast<std::int64_t>(call.query_number("expires_in", kDaySeconds));
   const std::int64_t expires = now_ms() / 1000 + seconds;
   query.emplace(LinkSigner::kExpires, std::to_string(expires));
   if (!call.owner().empty()) query.emplace(LinkSigner::kKey, call.owner());
   std::string path = route.path;
   path.replace(path.find("{id}"), 4, call.id);
   if (!format.empty()) path += "." + format;
-  query.emplace(LinkSigner::kSignature, signer.signature(path, query));
+  query.emplace(LinkSigner::kSignature, services.links.signature(path, query));
   const nlohmann::ordered_json answer = {{"url", call.exchange.base + path + encoded_query(query)},
                                          {"expires_at", timestamp(expires * 1000)}};
   call.response.status = 201;
   call.response.set_content(answer.dump(2) + "\n", "application/json");
+}
+
+}  // namespace
+
+std::vector<Route> link_routes() {
+  std::vector<std::string> formats;
+  for (const auto& of_part :
+       {crease::mesh_formats(), crease::label_formats(), crease::ridge_formats(), crease::report_formats()}) {
+    for (const auto& name : format_names(of_part)) {
+      if (std::ranges::find(formats, name) == formats.end()) formats.push_back(name);
+    }
+  }
+  std::vector<std::string> targets;
+  for (const auto& target : link_targets()) targets.push_back(target.name);
+  return {{"POST",
+           "/v1/jobs/{id}/links",
+           "create_link",
+           "Make a link that reads one part of a job without a key, for some time",
+           {{.name = "result",
+             .type = "string",
+             .meaning = "What the link reads.",
+             .values = std::move(targets),
+             .required = true},
+            {"format", "string", "Format of the mesh, the labels, the ridges or the report.", std::move(formats)},
+            {"snapshot", "boolean", "As for the mesh itself."},
+            {"measured", "boolean", "As for the mesh itself."},
+            {"min", "number", "As for the labels themselves.", {}, 0, 1},
+            {"expires_in", "integer", "Seconds until the link expires; a day by default.", {}, 1, 30.0 * 86'400}},
+           {{201, "The link.", {kJson}, "Link"}},
+           {"job_not_found", "parameter_invalid", "parameter_out_of_range"},
+           create_link}};
+}
+
+const std::vector<LinkTarget>& link_targets() {
+  static const std::vector<LinkTarget> targets = {{"job", "get_job"},       {"events", "watch_job"},
+                                                  {"mesh", "get_mesh"},     {"labels", "get_labels"},
+                                                  {"ridges", "get_ridges"}, {"report", "get_report"}};
+  return targets;
+}
+
+bool Route::can_be_linked() const {
+  return std::ranges::find(link_targets(), operation, &LinkTarget::operation) != link_targets().end();
 }
 
 bool is_linked(const Exchange& exchange, const Route* route) {
@@ -61,7 +110,7 @@ bool is_linked(const Exchange& exchange, const Route* route) {
 void follow_link(const LinkSigner& signer, const Gatekeeper& gate, Exchange& exchange) {
   const httplib::Params query = query_of(exchange.head);
   signer.check(exchange.path, query, std::chrono::system_clock::now());
-  exchange.caller = gate.caller_of(query_value(query, std::string(LinkSigner::kKey)));
+  exchange.caller = gate.caller_of(value_of(query, std::string(LinkSigner::kKey)));
   if (gate.keyed() && exchange.caller.key == nullptr) {
     throw Error("link_invalid", "the key that made the link is not valid any more");
   }

@@ -1,11 +1,20 @@
 #pragma once
 
-#include "server/api/call.h"
+#include <string>
+#include <vector>
+
+#include "server/api/route.h"
 
 namespace creased {
 
-/// Answers with the signed address of one part of a job.
-void create_link(const LinkSigner& signer, Store& store, Call& call);
+/// What a link can read, and the operation that answers it.
+struct LinkTarget {
+  std::string name, operation;
+};
+const std::vector<LinkTarget>& link_targets();
+
+/// Makes signed addresses of single parts of a job.
+std::vector<Route> link_routes();
 
 /// Lets a request in whose query is signed: it is a call of the key that made the link.
 /// \throw crease::Error link_invalid, also when that key is revoked, link_expired

@@ -13,6 +13,7 @@
 #include "proto/error_table.h"
 #include "proto/parameter_table.h"
 #include "proto/result_formats.h"
+#include "server/api/results.h"
 #include "server/api/routes.h"
 
 namespace creased {
@@ -137,36 +138,6 @@ Json mesh_schema() {
             {"extras", {{"type", "object"}}}}}};
 }
 
-// In JSON, edges are pairs; in the protobuf message they are a flat list.
-Json labels_schema() {
-  const Json numbers = array_of({{"type", "number"}});
-  return {{"type", "object"},
-          {"required", {"edges", "labels", "dihedral_deg", "count", "threshold"}},
-          {"properties",
-           {{"edges", tuples("integer", 2)},
-            {"labels", numbers},
-            {"dihedral_deg", numbers},
-            {"count", {{"type", "integer"}}},
-            {"threshold", {{"type", "number"}}}}}};
-}
-
-Json ridges_schema() {
-  const Json indices = {{"type", "array"}, {"items", {{"type", "integer"}, {"minimum", 0}}}};
-  const Json number = {{"type", "number"}};
-  const Json line = {{"type", "object"},
-                     {"required", {"vertices", "closed", "length", "mean_label", "mean_dihedral_deg"}},
-                     {"properties",
-                      {{"vertices", indices},
-                       {"closed", {{"type", "boolean"}}},
-                       {"length", number},
-                       {"mean_label", number},
-                       {"mean_dihedral_deg", number}}}};
-  return {{"type", "object"},
-          {"required", {"ridges", "count", "corners"}},
-          {"properties",
-           {{"ridges", {{"type", "array"}, {"items", line}}}, {"count", {{"type", "integer"}}}, {"corners", indices}}}};
-}
-
 Json link_schema() {
   return {{"type", "object"},
           {"required", {"url", "expires_at"}},
@@ -182,7 +153,7 @@ Json component_schemas(Json parameters) {
   schemas["Parameters"] = std::move(parameters);
   schemas["LabelledMesh"] = mesh_schema();
   schemas["EdgeLabels"] = labels_schema();
-  schemas["RidgeLines"] = ridges_schema();
+  schemas["RidgeLines"] = ridge_lines_schema();
   schemas["Problem"] = problem_schema();
   schemas["Link"] = link_schema();
   add_message(*crease::v1::JobList::descriptor(), schemas);

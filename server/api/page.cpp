@@ -2,35 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
-#include <iterator>
+#include <algorithm>
 
 #include "core/base/text.h"
 
 namespace creased {
 namespace {
 
-namespace fs = std::filesystem;
-
 // What the page may load: its own files and this service, nothing else. Pictures and workers are made by the page.
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self' blob:; "
     "worker-src 'self'; font-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-constexpr const char* kNotBuilt =
-    "<!doctype html><html lang=\"en\"><title>creased</title><p>This build of creased has no page, because npm was not "
-    "there when it was made. The API is complete: see <a href=\"openapi.json\">openapi.json</a>.</p></html>\n";
-
-const std::map<std::string, std::string> kMediaTypes = {{".css", "text/css; charset=utf-8"},
-                                                        {".html", "text/html; charset=utf-8"},
-                                                        {".js", "text/javascript; charset=utf-8"},
-                                                        {".png", "image/png"},
-                                                        {".svg", "image/svg+xml"},
-                                                        {".woff2", "font/woff2"}};
-
-std::string whole(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 bool accepts_gzip(std::string_view header) {
   while (!header.empty()) {
@@ -43,33 +25,10 @@ bool accepts_gzip(std::string_view header) {
   return false;
 }
 
-}  // namespace
-
-Page::Page(const fs::path& folder) {
-  files_["index.html"] = {kNotBuilt, {}, kMediaTypes.at(".html"), "not-built"};
-  files_["docs.html"] = files_["index.html"];
-  if (folder.empty()) return;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    const auto type = kMediaTypes.find(entry.path().extension().string());
-    if (!entry.is_regular_file() || type == kMediaTypes.end()) continue;
-    File file{whole(entry.path()), whole(entry.path().string() + ".gz"), type->second, {}};
-    file.etag = fmt::format("{:016x}", std::hash<std::string>()(file.bytes));
-    files_[entry.path().lexically_relative(folder).generic_string()] = std::move(file);
-  }
-}
-
-fs::path Page::installed_folder(const fs::path& executable) {
-  const fs::path bin = executable.parent_path();
-  for (const fs::path& folder : {bin / "page", bin.parent_path() / "share" / "creased" / "page"}) {
-    if (fs::exists(folder / "index.html")) return folder;
-  }
-  return {};
-}
-
-void Page::send(Call& call, const std::string& name) const {
-  const auto found = files_.find(name);
-  if (found == files_.end()) throw crease::Error("not_found", "no resource at " + call.request.path);
-  const File& file = found->second;
+void send(const Services& services, Call& call, const std::string& name) {
+  const PageFiles::File* const found = services.page.find(name);
+  if (found == nullptr) throw crease::Error("not_found", "no resource at " + call.request.path);
+  const PageFiles::File& file = *found;
   auto& response = call.response;
   const bool compressed = !file.compressed.empty() && accepts_gzip(call.exchange.head.header("Accept-Encoding"));
   const std::string etag = fmt::format("\"{}{}\"", file.etag, compressed ? "-gz" : "");
@@ -85,6 +44,44 @@ void Page::send(Call& call, const std::string& name) const {
   }
   if (compressed) response.set_header("Content-Encoding", "gzip");
   response.set_content(compressed ? file.compressed : file.bytes, file.media_type);
+}
+
+void get_page(Services& services, Call& call) { send(services, call, "index.html"); }
+void get_docs(Services& services, Call& call) { send(services, call, "docs.html"); }
+void get_asset(Services& services, Call& call) { send(services, call, "assets/" + call.id); }
+
+}  // namespace
+
+std::vector<Route> page_routes() {
+  return {
+      {"GET",
+       "/",
+       "get_page",
+       "The workbench, a page",
+       {},
+       {{200, "The page.", {"text/html"}, ""}},
+       {},
+       get_page,
+       Access::kOpen},
+      {"GET",
+       "/docs",
+       "get_docs",
+       "This OpenAPI document as a page",
+       {},
+       {{200, "The page.", {"text/html"}, ""}},
+       {},
+       get_docs,
+       Access::kOpen},
+      {"GET",
+       "/assets/{name}",
+       "get_asset",
+       "A file of the page",
+       {},
+       {{200, "The file.", {"text/javascript", "text/css", "image/svg+xml"}, ""}},
+       {"not_found"},
+       get_asset,
+       Access::kOpen},
+  };
 }
 
 }  // namespace creased

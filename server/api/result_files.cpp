@@ -2,142 +2,206 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <google/protobuf/io/zero_copy_stream_impl.h>
-#include <unistd.h>
+#include <spdlog/spdlog.h>
 
-#include <cerrno>
 #include <system_error>
+#include <utility>
 
-#include "core/error.h"
-#include "proto/convert.h"
+#include "proto/result_formats.h"
+#include "server/base/failure.h"
 
 namespace creased {
+namespace v1 = crease::v1;
+namespace fs = std::filesystem;
 namespace {
 
 using crease::Error;
-using crease::Format;
-using crease::LabelledMesh;
 
-crease::v1::LabelledMesh parse_message(const std::string& bytes) {
-  crease::v1::LabelledMesh message;
-  if (bytes.empty() || !message.ParseFromString(bytes)) {
-    throw Error(code::kResultDamaged, "the result of the job cannot be read");
+constexpr std::chrono::milliseconds kLookEvery{100};
+
+std::string_view word_of(ResultPart part) {
+  switch (part) {
+    case ResultPart::kMesh:
+      return "mesh";
+    case ResultPart::kMeasured:
+      return "measured";
+    case ResultPart::kSnapshot:
+      return "snapshot";
+    case ResultPart::kLabels:
+      return "labels";
+    case ResultPart::kRidges:
+      return "ridges";
+    case ResultPart::kReport:
+      break;
   }
-  return message;
+  return "report";
 }
 
-LabelledMesh parse_result(const std::string& bytes) { return crease::from_message(parse_message(bytes)); }
-
-LabelledMesh parse_measured(const std::string& bytes) {
-  auto message = parse_message(bytes);
-  if (message.measured_size() != message.positions_size()) {
-    throw Error("not_found", "the job was made by a version that did not keep the measured positions");
+v1::ResultPart message_of(ResultPart part) {
+  switch (part) {
+    case ResultPart::kMeasured:
+      return v1::RESULT_PART_MEASURED;
+    case ResultPart::kLabels:
+      return v1::RESULT_PART_LABELS;
+    case ResultPart::kRidges:
+      return v1::RESULT_PART_RIDGES;
+    case ResultPart::kReport:
+      return v1::RESULT_PART_REPORT;
+    default:
+      return v1::RESULT_PART_MESH;
   }
-  message.mutable_positions()->Swap(message.mutable_measured());
-  return crease::from_message(message);
 }
 
-class Encoding {
+std::string name_of(const ResultFile& wanted) {
+  const std::string filter = wanted.min_label > 0 ? fmt::format("-{}", wanted.min_label) : "";
+  return fmt::format("{}{}.{}", word_of(wanted.part), filter, wanted.format.name);
+}
+
+/// A snapshot changes, and few ask for a part of the labels or the measured mesh twice.
+bool is_kept(const ResultFile& wanted) {
+  return wanted.part != ResultPart::kSnapshot && wanted.part != ResultPart::kMeasured && wanted.min_label <= 0;
+}
+
+v1::EncodeTask task_of(const v1::Job& job, const ResultFile& wanted) {
+  v1::EncodeTask task;
+  *task.mutable_job() = job;
+  task.set_part(message_of(wanted.part));
+  task.set_format(std::string(wanted.format.name));
+  task.set_min_label(wanted.min_label);
+  return task;
+}
+
+[[noreturn]] void fail_left() { throw Error("request_timeout", "the client left while the file was made"); }
+
+/// Removes a file at the end, wherever that is; nothing when it was renamed.
+class Temporary {
  public:
-  explicit Encoding(std::counting_semaphore<>& encoders) : encoders_(encoders) { encoders_.acquire(); }
-  ~Encoding() { encoders_.release(); }
-  Encoding(const Encoding&) = delete;
-  Encoding& operator=(const Encoding&) = delete;
+  explicit Temporary(fs::path path) : path_(std::move(path)) {}
+  ~Temporary() {
+    std::error_code ignored;
+    fs::remove(path_, ignored);
+  }
+  Temporary(const Temporary&) = delete;
+  Temporary& operator=(const Temporary&) = delete;
 
  private:
-  std::counting_semaphore<>& encoders_;
+  fs::path path_;
 };
-
-nlohmann::ordered_json extras(const crease::v1::Job& job) {
-  return crease::mesh_extras(crease::job_fingerprint(job.input(), job.parameters()), job.parameters(),
-                             crease::from_message(job.input()), crease::from_message(job.result()));
-}
 
 }  // namespace
 
-/// The exclusive right to make one file. The constructor waits while another thread makes it.
-class ResultFiles::Turn {
- public:
-  Turn(ResultFiles& files, std::string key) : files_(files), key_(std::move(key)) {
-    std::unique_lock lock(files_.mutex_);
-    files_.finished_.wait(lock, [this] { return files_.under_way_.insert(key_).second; });
+std::shared_ptr<const OpenFile> ResultFiles::file(const v1::Job& job, const ResultFile& wanted,
+                                                  const TaskPool::Asker& asker) {
+  if (wanted.part == ResultPart::kReport && &wanted.format == &crease::kProtobuf) return source(job, wanted.part);
+  const std::string name = name_of(wanted), key = job.id() + "/" + name;
+  for (;;) {
+    if (auto kept = is_kept(wanted) ? checked_.open(job.id(), name) : nullptr) return kept;
+    std::unique_lock lock(mutex_);
+    auto& entry = under_way_[key];
+    if (entry == nullptr) {
+      entry = std::make_shared<UnderWay>();
+      const auto mine = entry;
+      lock.unlock();
+      return lead(*mine, key, job, wanted, asker);
+    }
+    const auto others = entry;
+    if (others->askers > 0) return join(lock, *others, asker);
+    changed_.wait(lock, [&] { return others->ended; });  // all have left, and it is being stopped
   }
-  ~Turn() {
-    const std::lock_guard lock(files_.mutex_);
-    files_.under_way_.erase(key_);
-    files_.finished_.notify_all();
-  }
-  Turn(const Turn&) = delete;
-  Turn& operator=(const Turn&) = delete;
-
- private:
-  ResultFiles& files_;
-  std::string key_;
-};
-
-std::shared_ptr<const OpenFile> ResultFiles::mesh(const crease::v1::Job& job, const Format& format) {
-  return kept(job, fmt::format("mesh.{}", format.name),
-              [&](const LabelledMesh& result) { return format.write(result, extras(job)); });
 }
 
-LabelledMesh ResultFiles::result_of(const std::string& id) { return parse_result(checked_.read(id, file::kResult)); }
-
-std::shared_ptr<const OpenFile> ResultFiles::measured(const crease::v1::Job& job, const Format& format) {
-  const Encoding encoding(encoders_);
-  return unkept(format.write(parse_measured(checked_.read(job.id(), file::kResult)), extras(job)));
+std::size_t ResultFiles::askers(const std::string& job, const std::string& name) const {
+  const std::lock_guard lock(mutex_);
+  const auto entry = under_way_.find(job + "/" + name);
+  return entry == under_way_.end() ? 0 : entry->second->askers;
 }
 
-std::shared_ptr<const OpenFile> ResultFiles::snapshot(const crease::v1::Job& job, const Format& format) {
-  const auto source = open_file(store_.file_path(job.id(), file::kSnapshot));
-  if (source == nullptr) throw Error("snapshot_unavailable", "the job has not written a snapshot yet");
-  const Encoding encoding(encoders_);
-  return unkept(
-      format.write(parse_result(read_whole(source->descriptor.get(), "the snapshot of the job")), extras(job)));
-}
-
-std::shared_ptr<const OpenFile> ResultFiles::labels(const crease::v1::Job& job, const Format& format, double min) {
-  const auto encode = [&](const LabelledMesh& result) { return format.write_labels(result, min); };
-  if (min <= 0) return kept(job, fmt::format("labels.{}", format.name), encode);
-  const Encoding encoding(encoders_);
-  return unkept(encode(result_of(job.id())));
-}
-
-std::shared_ptr<const OpenFile> ResultFiles::ridges(const crease::v1::Job& job, const Format& format) {
-  return kept(job, fmt::format("ridges.{}", format.name),
-              [&](const LabelledMesh& result) { return format.write_ridges(result, extras(job)); });
-}
-
-std::shared_ptr<const OpenFile> ResultFiles::kept(const crease::v1::Job& job, const std::string& name,
-                                                  const Encode& encode) {
-  if (auto file = checked_.open(job.id(), name)) return file;
-  const Turn turn(*this, job.id() + "/" + name);
-  if (auto file = checked_.open(job.id(), name)) return file;
-  const Encoding encoding(encoders_);
+/// Encodes for all who ask.
+std::shared_ptr<const OpenFile> ResultFiles::lead(UnderWay& mine, const std::string& key, const v1::Job& job,
+                                                  const ResultFile& wanted, const TaskPool::Asker& asker) {
+  bool left = false;
+  const auto all_left = [&] {
+    const std::lock_guard lock(mutex_);
+    if (!left && asker.left && asker.left()) {
+      left = true;
+      --mine.askers;
+    }
+    return mine.askers == 0;
+  };
+  std::shared_ptr<const OpenFile> made;
+  std::exception_ptr error;
   try {
-    const auto path = store_.file_path(job.id(), name);
-    const std::string bytes = encode(result_of(job.id()));
-    // Of what is written here nothing depends on reaching the disk: it can be made again.
-    if (!store_.keep_file(job.id(), {name, bytes.size(), crease::sha256_hex(bytes)})) return unkept(bytes);
-    ReplacingFile target(path, "part");
-    if (!write_all(target.descriptor(), bytes)) throw file_failure("write", path);
-    target.commit(Durability::kNone);
-    if (auto file = open_file(path)) return file;
+    made = encode(job, wanted, {asker.owner, all_left});
+  } catch (...) {
+    error = std::current_exception();
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    mine.ended = true;
+    mine.file = made;
+    mine.error = error;
+    under_way_.erase(key);
+  }
+  changed_.notify_all();
+  if (error != nullptr) std::rethrow_exception(error);
+  return made;
+}
+
+/// Waits for the encoding that another has begun.
+std::shared_ptr<const OpenFile> ResultFiles::join(std::unique_lock<std::mutex>& lock, UnderWay& others,
+                                                  const TaskPool::Asker& asker) {
+  ++others.askers;
+  while (!others.ended) {
+    changed_.wait_for(lock, kLookEvery);
+    if (others.ended || !asker.left || !asker.left()) continue;
+    --others.askers;
+    fail_left();
+  }
+  if (others.error != nullptr) std::rethrow_exception(others.error);
+  return others.file;
+}
+
+std::shared_ptr<const OpenFile> ResultFiles::source(const v1::Job& job, ResultPart part) {
+  if (part != ResultPart::kSnapshot) {
+    return checked_.require(job.id(), part == ResultPart::kReport ? file::kReport : file::kResult);
+  }
+  auto snapshot = open_file(store_.file_path(job.id(), file::kSnapshot));
+  if (snapshot == nullptr) throw Error("snapshot_unavailable", "the job has not written a snapshot yet");
+  return snapshot;
+}
+
+std::shared_ptr<const OpenFile> ResultFiles::encode(const v1::Job& job, const ResultFile& wanted,
+                                                    const TaskPool::Asker& asker) {
+  try {
+    const auto stored = source(job, wanted.part);
+    const auto path = store_.temporary_path();
+    const Descriptor target(::open(path.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0600));
+    if (!target.open()) throw file_failure("create", path);
+    const Temporary temporary(path);
+    if (!encoder_.encode(asker, task_of(job, wanted), stored->descriptor.get(), stored->bytes, target.get())) {
+      fail_left();
+    }
+    auto made = open_file(path);
+    if (made == nullptr) throw Error(code::kStoreUnavailable, "the file that was made has vanished");
+    if (is_kept(wanted)) keep(job.id(), name_of(wanted), path, target.get());
+    return made;
   } catch (const Error&) {
     if (store_.find(job.id())) throw;
   }
-  throw Error("job_not_found", "the job was removed");
+  throw Error(code::kJobNotFound, "the job was removed");
 }
 
-/// A nameless file that vanishes with its last reader, for content that is not kept.
-std::shared_ptr<const OpenFile> ResultFiles::unkept(const std::string& bytes) {
-  const auto path = store_.temporary_path();
-  const Descriptor file(::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600));
-  if (!file.open()) throw file_failure("create", path);
-  if (!write_all(file.get(), bytes)) throw file_failure("write", path);
-  auto opened = open_file(path);
-  std::error_code ignored;
-  std::filesystem::remove(path, ignored);
-  return opened;
+/// Keeps a file beside the job, if there is room. None of it depends on reaching the disk: it can be made again.
+void ResultFiles::keep(const std::string& id, const std::string& name, const fs::path& path, int made) {
+  try {
+    FileDigest digest = digest_of(made, path);
+    std::error_code failed;
+    if (!store_.keep_file(id, {name, digest.bytes, std::move(digest.sha256)})) return;
+    fs::rename(path, store_.file_path(id, name), failed);
+    if (failed) spdlog::warn("job {}: {} is not kept: {}", id, name, failed.message());
+  } catch (const Error& error) {
+    spdlog::warn("job {}: {} is not kept: {}", id, name, error.detail());
+  }
 }
 
 }  // namespace creased

@@ -1,53 +1,70 @@
 #pragma once
 
 #include <condition_variable>
+#include <exception>
 #include <filesystem>
-#include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
-#include <semaphore>
-#include <set>
 #include <string>
 
-#include "core/io/format.h"
-#include "server/api/file_download.h"
+#include "core/io/formats.h"
+#include "crease/v1/job.pb.h"
+#include "server/base/durable_file.h"
 #include "server/store/checked_files.h"
 #include "server/store/store.h"
+#include "server/worker/encoder.h"
 
 namespace creased {
 
-/// Download files made from the results of jobs. Each is encoded once, when it is first requested, and kept beside the
-/// result.
+enum class ResultPart { kMesh, kMeasured, kSnapshot, kLabels, kRidges, kReport };
+
+/// A part of a result in a format.
+struct ResultFile {
+  ResultPart part;
+  const crease::Format& format;
+  double min_label = 0;  ///< of labels: only edges with at least this
+};
+
+/// The files that results are handed out in. They are encoded on first demand, in confined processes. Those of a whole
+/// part are kept beside the job and count as its bytes. Those who ask for the same file share its encoding, which stops
+/// when all of them have left.
 class ResultFiles {
  public:
-  explicit ResultFiles(Store& store) : store_(store), checked_(store) {}
+  ResultFiles(Store& store, Encoder& encoder) : store_(store), encoder_(encoder), checked_(store) {}
 
-  /// The mesh of a job that succeeded.
-  std::shared_ptr<const OpenFile> mesh(const crease::v1::Job& job, const crease::Format& format);
-  /// The same with the measured positions. \throw crease::Error not_found for jobs of a version that did not keep them
-  std::shared_ptr<const OpenFile> measured(const crease::v1::Job& job, const crease::Format& format);
-  /// The last snapshot of a running job's mesh. \throw crease::Error snapshot_unavailable
-  std::shared_ptr<const OpenFile> snapshot(const crease::v1::Job& job, const crease::Format& format);
-  /// The edges with a label of at least `min`, of a job that succeeded.
-  std::shared_ptr<const OpenFile> labels(const crease::v1::Job& job, const crease::Format& format, double min);
-  /// The ridge lines of a job that succeeded.
-  std::shared_ptr<const OpenFile> ridges(const crease::v1::Job& job, const crease::Format& format);
+  /// The file of a job that succeeded, or the snapshot of one that runs. Waits while it is encoded.
+  /// \throw crease::Error snapshot_unavailable, result_damaged, encoding_failed, job_not_found, storage_full,
+  /// store_unavailable, process_unavailable
+  std::shared_ptr<const OpenFile> file(const crease::v1::Job& job, const ResultFile& wanted,
+                                       const TaskPool::Asker& asker);
+
+  /// How many wait for the encoding of a file.
+  std::size_t askers(const std::string& job, const std::string& name) const;
 
  private:
-  using Encode = std::function<std::string(const crease::LabelledMesh&)>;
-  class Turn;
+  struct UnderWay {
+    std::size_t askers = 1;
+    bool ended = false;
+    std::shared_ptr<const OpenFile> file;
+    std::exception_ptr error;
+  };
 
-  std::shared_ptr<const OpenFile> kept(const crease::v1::Job& job, const std::string& name, const Encode& encode);
-  crease::LabelledMesh result_of(const std::string& id);
-  std::shared_ptr<const OpenFile> unkept(const std::string& bytes);
+  std::shared_ptr<const OpenFile> lead(UnderWay& mine, const std::string& key, const crease::v1::Job& job,
+                                       const ResultFile& wanted, const TaskPool::Asker& asker);
+  std::shared_ptr<const OpenFile> join(std::unique_lock<std::mutex>& lock, UnderWay& others,
+                                       const TaskPool::Asker& asker);
+  std::shared_ptr<const OpenFile> encode(const crease::v1::Job& job, const ResultFile& wanted,
+                                         const TaskPool::Asker& asker);
+  std::shared_ptr<const OpenFile> source(const crease::v1::Job& job, ResultPart part);
+  void keep(const std::string& id, const std::string& name, const std::filesystem::path& path, int made);
 
   Store& store_;
+  Encoder& encoder_;
   CheckedFiles checked_;
-  std::mutex mutex_;
-  std::condition_variable finished_;
-  std::set<std::string> under_way_;
-  // At most two at a time, to bound the memory that downloads of large results need.
-  std::counting_semaphore<> encoders_{2};
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::map<std::string, std::shared_ptr<UnderWay>> under_way_;  // by job and name
 };
 
 }  // namespace creased

@@ -16,9 +16,7 @@ const std::string& scan_file() {
   return bytes;
 }
 
-}  // namespace
-
-void get_sample(Call& call) {
+void get_sample(Services&, Call& call) {
   const bool part = call.id == "part.ply";
   if (!part && call.id != "scan.ply") {
     throw crease::Error("not_found", "no sample '" + call.id + "'; there are part.ply and scan.ply");
@@ -26,6 +24,19 @@ void get_sample(Call& call) {
   call.response.set_header("Content-Disposition", "attachment; filename=\"" + call.id + "\"");
   call.response.set_header("Cache-Control", "public, max-age=3600");
   call.response.set_content(part ? part_file() : scan_file(), "model/ply");
+}
+
+}  // namespace
+
+std::vector<Route> sample_routes() {
+  return {{"GET",
+           "/v1/samples/{name}",
+           "get_sample",
+           "Download a mesh to try the service with: part.ply, a machined part, or scan.ply, a scan",
+           {},
+           {{200, "The mesh.", {"model/ply"}, ""}},
+           {"not_found"},
+           get_sample}};
 }
 
 }  // namespace creased

@@ -1,10 +1,12 @@
 #pragma once
 
-#include "server/api/call.h"
+#include <vector>
+
+#include "server/api/route.h"
 
 namespace creased {
 
-/// Answers with the sample mesh that the path names, as binary PLY. \throw crease::Error not_found
-void get_sample(Call& call);
+/// Meshes to try the service with.
+std::vector<Route> sample_routes();
 
 }  // namespace creased

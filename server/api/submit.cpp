@@ -7,9 +7,11 @@
 #include <optional>
 
 #include "core/base/text.h"
+#include "proto/assembly.h"
 #include "proto/convert.h"
 #include "proto/parameter_table.h"
 #include "server/api/file_name.h"
+#include "server/api/jobs.h"
 #include "server/api/upload.h"
 
 namespace creased {
@@ -48,9 +50,10 @@ std::string idempotency_key(const RequestHead& head) {
   return key;
 }
 
-/// The parameters with the time to keep the job: its own, or else the service's default.
-crease::v1::Parameters with_retention(crease::v1::Parameters parameters, const Services& services) {
+/// The parameters with the time to keep the job and its threads: its own, or else the service's defaults.
+crease::v1::Parameters with_defaults(crease::v1::Parameters parameters, const Services& services) {
   const auto& [defaults, maxima] = services.parameters;
+  if (parameters.threads() == 0 && services.threads > 0) parameters.set_threads(services.threads);
   if (!parameters.has_retention_hours()) parameters.set_retention_hours(defaults.retention_hours());
   if (parameters.retention_hours() > maxima.retention_hours()) {
     throw Error::parameter(crease::code::kParameterOutOfRange, "retention_hours",
@@ -78,19 +81,18 @@ NewJob inspected(Services& services, const Caller& caller, const Submission& sub
   NewJob job;
   job.upload = submission.mesh->path();
   if (submission.weights != nullptr) job.weights = submission.weights->path();
-  const Inspection inspection = services.inspector.inspect(job.upload, submission.format, name, job.weights);
+  Inspection inspection =
+      services.inspector.inspect({job.upload, submission.format, name, job.weights, caller.owner()});
   check_faces(inspection.facts, caller.limits);
+  crease::describe_upload(inspection.facts, name, submission.mesh->bytes(), submission.mesh->sha256());
+  const crease::v1::Job settled =
+      crease::settled(inspection.facts, with_defaults(submission.parameters, services), inspection.warnings);
   job.owner = caller.owner();
   job.owner_limits = {caller.limits.max_queued, std::uint64_t{caller.limits.max_stored_mb} << 20U};
-  job.input = inspection.facts;
-  job.input.set_name(name);
-  job.input.set_bytes(static_cast<std::uint32_t>(submission.mesh->bytes()));
-  job.input.set_sha256(submission.mesh->sha256());
-  std::vector<crease::Warning> not_used;
-  job.parameters = crease::resolve(with_retention(submission.parameters, services), &not_used);
-  job.warnings = inspection.warnings;
-  for (const crease::Warning& warning : not_used) job.warnings.push_back(crease::to_message(warning));
-  job.fingerprint = id_for(job.owner, crease::job_fingerprint(job.input, job.parameters));
+  job.input = settled.input();
+  job.parameters = settled.parameters();
+  job.warnings = {settled.warnings().begin(), settled.warnings().end()};
+  job.fingerprint = id_for(job.owner, settled.id());
   job.request_digest = crease::sha256_hex(job.input.sha256() + "\n" + job.input.format() + "\n" +
                                           job.input.weights_sha256() + "\n" + crease::to_json(job.parameters).dump());
   return job;
@@ -109,8 +111,6 @@ crease::v1::Job wait_for_end(Services& services, const crease::v1::Job& submitte
   }
   return view == nullptr ? submitted : view->job;
 }
-
-}  // namespace
 
 void submit_job(Services& services, Call& call) {
   const RequestHead& head = call.exchange.head;
@@ -136,6 +136,34 @@ void submit_job(Services& services, Call& call) {
   // An earlier job with the same result does not know which parameters this request gave in vain.
   for (const auto& warning : new_job.warnings) crease::add_once(warning, *job.mutable_warnings());
   call.response.set_content(job_json(job, call.exchange.base), "application/json");
+}
+
+std::vector<std::string> submit_problems() {
+  return {"mesh_count_mismatch", "mesh_empty",           "mesh_format_unknown",    "mesh_index_out_of_range",
+          "mesh_no_extent",      "mesh_no_faces",        "mesh_not_finite",        "mesh_syntax",
+          "mesh_too_large",      "mesh_truncated",       "mesh_unsupported",       "inspection_failed",
+          "body_missing",        "body_incomplete",      "payload_too_large",      "content_type_unsupported",
+          "json_invalid",        "multipart_invalid",    "multipart_part_missing", "multipart_part_unknown",
+          "protobuf_invalid",    "idempotency_conflict", "parameter_invalid",      "parameter_out_of_range",
+          "queue_full",          "key_queue_full",       "quota_exceeded",         "storage_full",
+          "store_unavailable",   "shutting_down",        "weights_invalid",        "process_unavailable"};
+}
+
+}  // namespace
+
+std::vector<Route> submit_routes() {
+  return {{"POST",
+           "/v1/jobs",
+           "submit_job",
+           "Submit a mesh for smoothing",
+           {{"name", "string", "File name of the mesh. It is shown in lists, and its extension may tell the format."},
+            {"format", "string",
+             "Format of the mesh. By default it is found from the media type, the name, then the bytes.",
+             format_names(crease::formats_with(&crease::Format::read))}},
+           {{202, "The job is accepted. Location is its path.", {kJson}, "Job"},
+            {200, "The job ended within the time that `Prefer: wait` allowed.", {kJson}, "Job"}},
+           submit_problems(),
+           submit_job}};
 }
 
 }  // namespace creased

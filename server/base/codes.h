@@ -15,6 +15,7 @@ inline constexpr std::string_view kIdempotencyConflict = "idempotency_conflict";
 inline constexpr std::string_view kJobNotFound = "job_not_found";
 inline constexpr std::string_view kWorkerLost = "worker_lost";
 inline constexpr std::string_view kInspectionFailed = "inspection_failed";
+inline constexpr std::string_view kEncodingFailed = "encoding_failed";
 inline constexpr std::string_view kMemoryExhausted = "memory_exhausted";
 inline constexpr std::string_view kTimeLimitExceeded = "time_limit_exceeded";
 inline constexpr std::string_view kFileLimitExceeded = "file_limit_exceeded";

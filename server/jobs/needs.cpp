@@ -5,13 +5,24 @@
 namespace creased {
 namespace {
 
-// Measured: results have up to 48 bytes for a vertex, 16 for a face and 28 for an edge; checkpoints up to 120, 60 and
-// 16; a record of a sweep 130. As text, numbers need three times as much.
+// Measured: results have up to 72 bytes for a vertex, 16 for a face and 28 for an edge; checkpoints of the sampler up
+// to 120, 60 and 16; a record of a sweep 130. As text, numbers need three times as much.
 constexpr std::uint64_t kFilePerSite = 512, kFilePerSweep = 1024, kFileForm = 1U << 20U;
-constexpr std::uint64_t kDiskPerVertex = 250, kDiskPerFace = 150, kDiskPerEdge = 100, kDiskPerSweep = 200,
-                        kDiskForm = 64 * 1024;
-constexpr std::uint64_t kSitesPerMs = 1'000;  // visits of a vertex or an edge
-constexpr std::uint64_t kLeastSweeps = 50;    // what a solver without sweeps is worth
+constexpr std::uint64_t kResultPerVertex = 72, kResultPerFace = 16, kResultPerEdge = 28, kReportPerSweep = 200;
+constexpr std::uint64_t kSamplerPerVertex = 120, kSamplerPerFace = 60, kSamplerPerEdge = 16;
+// The mesh file that is downloaded by default.
+constexpr std::uint64_t kMeshPerVertex = 64, kMeshPerFace = 16, kMeshPerEdge = 32;
+constexpr std::uint64_t kDiskForm = 64 * 1024;
+// Checkpoints of the automatic method have each of its solves: a few of the whole mesh, and one for each setting that
+// it tries, on patches or on a mesh that is not larger.
+constexpr std::uint64_t kSolvePerVertex = 32, kWholeSolves = 4, kTrials = 28, kMostTrialVertices = 24'000;
+constexpr std::uint64_t kSitesPerMs = 1'000;   // visits of a vertex or an edge
+constexpr std::uint64_t kBytesPerMs = 20'000;  // that a confined process reads and checks, or reads and writes
+constexpr std::uint64_t kLeastSweeps = 50;     // what a solver without sweeps is worth
+
+std::uint64_t solves_bytes(std::uint64_t vertices) {
+  return kSolvePerVertex * (kWholeSolves * vertices + kTrials * std::min(vertices, kMostTrialVertices));
+}
 
 }  // namespace
 
@@ -19,12 +30,22 @@ Needs needs_of(const crease::v1::InputFacts& input, std::uint32_t sweeps) {
   const std::uint64_t vertices = input.vertices(), faces = input.faces(), edges = input.edges();
   const std::uint64_t sites = vertices + faces + edges;
   Needs needs;
-  needs.file_bytes = kFileForm + sites * kFilePerSite + sweeps * kFilePerSweep;
-  needs.disk_bytes =
-      kDiskForm + vertices * kDiskPerVertex + faces * kDiskPerFace + edges * kDiskPerEdge + sweeps * kDiskPerSweep;
+  const std::uint64_t solves = solves_bytes(vertices);
+  const std::uint64_t sampler = vertices * kSamplerPerVertex + faces * kSamplerPerFace + edges * kSamplerPerEdge;
+  const std::uint64_t result = vertices * kResultPerVertex + faces * kResultPerFace + edges * kResultPerEdge;
+  const std::uint64_t mesh = vertices * kMeshPerVertex + faces * kMeshPerFace + edges * kMeshPerEdge;
+  needs.file_bytes = kFileForm + sites * kFilePerSite + solves + sweeps * kFilePerSweep;
+  needs.encoded_bytes = kFileForm + sites * kFilePerSite + sweeps * kFilePerSweep;
+  needs.disk_bytes = kDiskForm + result + 2 * std::max(sampler, solves) + mesh + sweeps * kReportPerSweep;
   needs.work =
       std::chrono::milliseconds((vertices + edges) * std::max<std::uint64_t>(sweeps, kLeastSweeps) / kSitesPerMs);
   return needs;
 }
+
+std::chrono::milliseconds inspection_time(std::uint64_t bytes) {
+  return std::chrono::milliseconds(bytes / kBytesPerMs);
+}
+
+std::chrono::milliseconds encoding_time(std::uint64_t bytes) { return std::chrono::milliseconds(bytes / kBytesPerMs); }
 
 }  // namespace creased

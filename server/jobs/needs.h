@@ -10,11 +10,17 @@ namespace creased {
 /// What a job will need at most, estimated from the size of its mesh and its sweeps. The limits of its process, the
 /// quotas, the admission and the order of the queue all use this estimate.
 struct Needs {
-  std::uint64_t file_bytes = 0;  ///< its largest file
-  std::uint64_t disk_bytes =
-      0;  ///< all its files but the upload and the weights, each twice while one replaces another
+  std::uint64_t file_bytes = 0;     ///< the largest file of its process
+  std::uint64_t encoded_bytes = 0;  ///< the largest file that is made of its result
+  /// All its files but the upload and the weights: the result, a checkpoint and the one that replaces it, and a
+  /// downloaded mesh.
+  std::uint64_t disk_bytes = 0;
   std::chrono::milliseconds work{0};  ///< time on one processor; only comparable, not exact
 };
+
+/// About how long it takes to check an upload, or to encode a stored result, of so many bytes; only comparable.
+std::chrono::milliseconds inspection_time(std::uint64_t bytes);
+std::chrono::milliseconds encoding_time(std::uint64_t bytes);
 
 Needs needs_of(const crease::v1::InputFacts& input, std::uint32_t sweeps);
 

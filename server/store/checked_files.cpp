@@ -4,8 +4,6 @@
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
 
-#include "proto/convert.h"
-
 namespace creased {
 
 CheckedFiles::Stamp CheckedFiles::stamp_of(int file) {
@@ -20,42 +18,44 @@ CheckedFiles::Stamp CheckedFiles::stamp_of(int file) {
           std::int64_t{status.st_ctim.tv_nsec}};
 }
 
-std::shared_ptr<const OpenFile> CheckedFiles::open(std::string_view id, std::string_view name) {
+/// Compares the content when the file has changed since the last time.
+CheckedFiles::State CheckedFiles::state_of(const OpenFile& file, std::string_view id, std::string_view name) {
   constexpr std::size_t kMostRemembered = 10'000;
   const auto path = store_.file_path(id, name);
-  auto file = open_file(path);
-  if (file == nullptr) return nullptr;
-  const Stamp stamp = stamp_of(file->descriptor.get());
+  const Stamp stamp = stamp_of(file.descriptor.get());
   {
     const std::lock_guard lock(mutex_);
     const auto known = sound_.find(path.string());
-    if (known != sound_.end() && known->second == stamp) return file;
+    if (known != sound_.end() && known->second == stamp) return State::kSound;
   }
   const auto record = store_.file_record(id, name);
-  if (!record) return nullptr;
-  if (digest_of(file->descriptor.get(), path) != FileDigest{record->bytes, record->sha256}) {
-    spdlog::error("{} is damaged and is made again", path.string());
-    return nullptr;
-  }
+  if (!record) return State::kUnknown;
+  if (digest_of(file.descriptor.get(), path) != FileDigest{record->bytes, record->sha256}) return State::kDamaged;
   const std::lock_guard lock(mutex_);
   if (sound_.size() >= kMostRemembered) sound_.clear();
   sound_[path.string()] = stamp;
-  return file;
+  return State::kSound;
 }
 
-std::string CheckedFiles::read(std::string_view id, std::string_view name) {
-  const auto path = store_.file_path(id, name);
-  const auto file = open_file(path);
-  if (file == nullptr)
+std::shared_ptr<const OpenFile> CheckedFiles::open(std::string_view id, std::string_view name) {
+  auto file = open_file(store_.file_path(id, name));
+  if (file == nullptr) return nullptr;
+  const State state = state_of(*file, id, name);
+  if (state == State::kDamaged) spdlog::error("{} of job {} is damaged and is made again", name, id);
+  return state == State::kSound ? file : nullptr;
+}
+
+std::shared_ptr<const OpenFile> CheckedFiles::require(std::string_view id, std::string_view name) {
+  auto file = open_file(store_.file_path(id, name));
+  if (file == nullptr) {
     throw crease::Error(code::kResultDamaged, fmt::format("the file {} of the job is missing", name));
-  std::string bytes = read_whole(file->descriptor.get(), path);
-  const auto record = store_.file_record(id, name);
-  if (record && (record->bytes != bytes.size() || record->sha256 != crease::sha256_hex(bytes))) {
+  }
+  if (state_of(*file, id, name) == State::kDamaged) {
     throw crease::Error(
         code::kResultDamaged,
         fmt::format("the file {} of the job is not what the job has written; submit the mesh again", name));
   }
-  return bytes;
+  return file;
 }
 
 }  // namespace creased

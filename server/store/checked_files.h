@@ -22,13 +22,16 @@ class CheckedFiles {
   /// Opens a file that was made from a result. Returns null when there is none as recorded. The content is compared
   /// when the file has changed since the last time. \throw crease::Error store_unavailable
   std::shared_ptr<const OpenFile> open(std::string_view id, std::string_view name);
-  /// Reads a file that a job has left. A job of a version that kept no records has none to compare with.
+  /// Opens a file that a job has left. A job of a version that kept no records has none to compare with.
   /// \throw crease::Error result_damaged when it is missing or differs; store_unavailable
-  std::string read(std::string_view id, std::string_view name);
+  std::shared_ptr<const OpenFile> require(std::string_view id, std::string_view name);
 
  private:
   using Stamp = std::array<std::int64_t, 7>;
+  enum class State { kSound, kDamaged, kUnknown };
+
   static Stamp stamp_of(int file);
+  State state_of(const OpenFile& file, std::string_view id, std::string_view name);
 
   Store& store_;
   std::mutex mutex_;

@@ -114,11 +114,17 @@ SqliteStore::SqliteStore(const StoreOptions& options)
   files_.take_ballast();
 }
 
+bool SqliteStore::is_being_removed(const std::string& id) {
+  ReaderPool::Loan reader(readers_);
+  return Query(*reader, "SELECT 1 FROM removed WHERE id = ?", id).next();
+}
+
 std::string SqliteStore::reserve_id(const std::string& fingerprint) {
   constexpr std::uint32_t kSuffixes = 1U << 24U;
   std::random_device random;
   std::string id = fingerprint;
-  while (version_of(id) != 0 || !files_.reserve(id)) id = fmt::format("{}-{:06x}", fingerprint, random() % kSuffixes);
+  while (version_of(id) != 0 || is_being_removed(id) || !files_.reserve(id))
+    id = fmt::format("{}-{:06x}", fingerprint, random() % kSuffixes);
   return id;
 }
 

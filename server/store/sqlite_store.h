@@ -74,6 +74,7 @@ class SqliteStore final : public Store {
   void check_room(Connection& connection, const NewJob& job, std::uint64_t bytes) const;
   bool delete_row(std::string_view id, const Owner& owner);
   void discard_removed();
+  bool is_being_removed(const std::string& id);
   std::string write_fault();
   void adopt_folders();
   void adopt(const std::string& id, const crease::v1::StoredJob& accepted);

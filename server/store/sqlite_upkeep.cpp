@@ -141,7 +141,9 @@ void SqliteStore::clean_leftovers() {
   files_.clean_leftovers(known, kLeftoverAge);
 }
 
-/// Deletes each row after its files, so that another process can finish what a killed one has left.
+/// Deletes each row after its files, so that another process can finish what a killed one has left. While the row is
+/// there no new job gets the id, and only who finds it there, alone, touches the files: another may have finished the
+/// removal, and a new job have taken the id, since the ids were listed.
 void SqliteStore::discard_removed() {
   guarded([&] {
     std::vector<std::string> ids;
@@ -151,9 +153,9 @@ void SqliteStore::discard_removed() {
       while (rows.next()) ids.push_back(rows.text(0));
     }
     for (const std::string& id : ids) {
-      files_.discard(id);
       Writer::Transaction transaction(durable_writer_);
-      Query(*transaction, "DELETE FROM removed WHERE id = ?", id).run();
+      if (Query(*transaction, "DELETE FROM removed WHERE id = ?", id).run() == 0) continue;
+      files_.discard(id);
       transaction.commit();
     }
   });

@@ -140,11 +140,21 @@ Exchange& exchange_of(const httplib::Request& request) {
   return *request.response_handler.target<ExchangeHolder>()->exchange;
 }
 
-GuardedServer::GuardedServer(Options options, Hooks hooks) : options_(std::move(options)), hooks_(std::move(hooks)) {
-  new_task_queue = [threads = options_.max_connections + kSpareThreads] { return new httplib::ThreadPool(threads); };
+GuardedServer::GuardedServer(Options options, Hooks hooks)
+    : options_(std::move(options)),
+      hooks_(std::move(hooks)),
+      shares_(options_.max_connections, options_.max_connections_per_address) {
+  new_task_queue = [this] {
+    if (threads_ == nullptr) take_threads();
+    return threads_.release();
+  };
   set_post_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
     complete_headers(exchange_of(request), response);
   });
+}
+
+void GuardedServer::take_threads() {
+  threads_ = std::make_unique<ThreadPool>(options_.max_connections + kSpareThreads);
 }
 
 int GuardedServer::bind(const std::string& host, int port) {
@@ -233,7 +243,7 @@ bool GuardedServer::answer(GuardedStream& stream, const RequestHead& head) {
                                        [&](httplib::Request& request) { fill_request(exchange, request); });
 
   hooks_.finished({exchange.request_id, head.method, head.target, exchange.route, exchange.source.address.text(),
-                   exchange.caller.owner(), exchange.status, stream.body_bytes(), stream.bytes_written(),
+                   exchange.caller.owner(), exchange.code, exchange.status, stream.body_bytes(), stream.bytes_written(),
                    stopwatch.seconds()});
   if (!stream.body_complete()) stream.linger(kLinger);
   return written && !exchange.close && stream.body_complete();
@@ -274,7 +284,8 @@ void GuardedServer::refuse(GuardedStream& stream, const crease::Error& error, st
   for (const auto& [name, value] : kSecurityHeaders) head += fmt::format("{}: {}\r\n", name, value);
   if (refusal.status == 503 || refusal.status == 429) head += "Retry-After: 1\r\n";
   stream.write(head + "\r\n" + refusal.body);
-  hooks_.finished({id, "", "", "", peer_of(stream).text(), "", refusal.status, 0, stream.bytes_written(), 0});
+  hooks_.finished({id, "", "", "", peer_of(stream).text(), "", std::string(error.code()), refusal.status, 0,
+                   stream.bytes_written(), 0});
   stream.linger(linger);
 }
 
@@ -300,28 +311,18 @@ void GuardedServer::complete_headers(Exchange& exchange, httplib::Response& resp
 }
 
 void GuardedServer::admit(int socket, const Address& peer) {
-  const std::string address = peer.subscriber();
-  const bool bounded = options_.max_connections_per_address > 0 && !options_.trusted_proxies.contains(peer);
   const std::lock_guard lock(mutex_);
   if (draining_) throw crease::Error("shutting_down", "the server is shutting down");
-  if (connections_.size() >= options_.max_connections) {
+  if (shares_.is_full()) {
     throw crease::Error("too_many_connections", "the server has no free connection; try again in a moment");
   }
-  std::size_t& open = of_address_[address];
-  if (bounded && open >= share_of_address(connections_.size() - open)) {
-    throw crease::Error("address_connections_full",
-                        fmt::format("{} connections from your address are open, the most that are allowed", open));
+  if (!shares_.has_place(peer, !options_.trusted_proxies.contains(peer))) {
+    throw crease::Error(
+        "address_connections_full",
+        fmt::format("{} connections from your address are open, the most that are allowed now", shares_.count(peer)));
   }
-  ++open;
-  connections_[socket] = {address, false};
-}
-
-/// An address may hold as large a part of what the others leave free as the limits give it of an idle server. So no two
-/// addresses can hold everything.
-std::size_t GuardedServer::share_of_address(std::size_t of_others) const {
-  const std::size_t most = std::min(options_.max_connections_per_address, options_.max_connections);
-  const std::size_t left = options_.max_connections - std::min(options_.max_connections, of_others);
-  return std::max<std::size_t>(1, most * left / options_.max_connections);
+  shares_.add(peer);
+  connections_[socket] = {peer, false};
 }
 
 bool GuardedServer::set_active(int socket, bool active) {
@@ -334,8 +335,7 @@ bool GuardedServer::set_active(int socket, bool active) {
 void GuardedServer::release(int socket) {
   const std::lock_guard lock(mutex_);
   const auto connection = connections_.find(socket);
-  const auto address = of_address_.find(connection->second.address);
-  if (--address->second == 0) of_address_.erase(address);
+  shares_.remove(connection->second.address);
   connections_.erase(connection);
   changed_.notify_all();
 }

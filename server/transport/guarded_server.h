@@ -3,6 +3,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -10,8 +11,10 @@
 
 #include "core/error.h"
 #include "server/access/gatekeeper.h"
+#include "server/transport/connection_shares.h"
 #include "server/transport/guarded_stream.h"
 #include "server/transport/library.h"
+#include "server/transport/thread_pool.h"
 
 namespace creased {
 
@@ -25,6 +28,7 @@ struct Exchange {
   std::string base;        ///< what the client has before each path, such as "/meshes"; empty for nothing
   bool close = false;      ///< the connection ends after this answer
   std::string route = {};  ///< path template, for the metrics
+  std::string code = {};   ///< of the error that was answered; empty for none
   Caller caller = {};
   bool linked = false;                        ///< allowed by the signature in its query, in place of a key
   std::optional<crease::Error> refusal = {};  ///< set when the request is refused by its head alone
@@ -47,7 +51,7 @@ struct Refusal {
 
 /// What is known of a request when it has ended.
 struct ExchangeSummary {
-  std::string request_id, method, target, route, remote, key;
+  std::string request_id, method, target, route, remote, key, code;
   int status = 0;  ///< 0 when the client disconnected before the answer
   std::uint64_t bytes_in = 0, bytes_out = 0;
   double seconds = 0;
@@ -77,6 +81,9 @@ class GuardedServer : public httplib::Server {
 
   GuardedServer(Options options, Hooks hooks);
 
+  /// Takes the threads for all connections, before bind(). \throw crease::Error process_unavailable
+  void take_threads();
+
   /// Binds to the port, or to a free one for 0, and returns it. It does not set SO_REUSEPORT, so a port in use is an
   /// error.
   /// \throw std::system_error
@@ -96,7 +103,7 @@ class GuardedServer : public httplib::Server {
 
  private:
   struct Connection {
-    std::string address;  ///< as the limits by address count it
+    Address address;
     bool active = false;  ///< a request is being answered
   };
 
@@ -112,18 +119,18 @@ class GuardedServer : public httplib::Server {
 
   /// \throw crease::Error shutting_down, too_many_connections, address_connections_full
   void admit(int socket, const Address& peer);
-  std::size_t share_of_address(std::size_t of_others) const;
   /// Returns false when the server is draining and the connection must close.
   bool set_active(int socket, bool active);
   void release(int socket);
 
   Options options_;
   Hooks hooks_;
+  std::unique_ptr<ThreadPool> threads_;  // until the library takes them over
   std::atomic<bool> draining_{false};
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::unordered_map<int, Connection> connections_;
-  std::unordered_map<std::string, std::size_t> of_address_;  // number of connections
+  ConnectionShares shares_;
 };
 
 }  // namespace creased

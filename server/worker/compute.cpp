@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "proto/assembly.h"
 #include "proto/convert.h"
 #include "proto/error_table.h"
 #include "proto/parameter_table.h"
@@ -23,22 +24,26 @@ namespace {
 
 constexpr int kTasks = STDIN_FILENO;
 
-std::optional<crease::MeshFormat> requested_format(const v1::InspectTask& task) {
-  if (task.format().empty()) return crease::format_from_filename(task.name());
-  const auto format = crease::format_from_name(task.format());
-  if (!format) throw crease::Error(crease::code::kMeshFormatUnknown, "unknown mesh format '" + task.format() + "'");
-  return format;
-}
-
 void inspect(const v1::ComputeTask& task, const TaskFiles& files) {
   const MappedFile upload(files.upload);
   std::optional<MappedFile> weights;
   if (files.weights >= 0) weights.emplace(files.weights);
-  const auto input =
-      crease::check_input(upload.bytes(), requested_format(task.inspect()), files.limits, bytes_of(weights));
+  const auto input = crease::check_upload({.bytes = upload.bytes(),
+                                           .format = task.inspect().format(),
+                                           .name = task.inspect().name(),
+                                           .weights = bytes_of(weights),
+                                           .limits = files.limits});
   v1::ComputeEvent event;
   *event.mutable_inspected()->mutable_facts() = crease::to_message(input);
   for (const auto& warning : input.warnings) *event.mutable_inspected()->add_warnings() = crease::to_message(warning);
+  send_message(files.channel, event);
+}
+
+void encode(const v1::EncodeTask& task, const TaskFiles& files) {
+  const MappedFile stored(files.upload);
+  if (!write_all(files.output, crease::encode_stored(task, stored.bytes()))) throw write_failure(errno);
+  v1::ComputeEvent event;
+  event.set_encoded(true);
   send_message(files.channel, event);
 }
 
@@ -50,7 +55,8 @@ void refuse(int channel, const crease::Error& error) {
 
 void compute(const v1::ComputeTask& task, const TaskFiles& files) {
   try {
-    task.has_run() ? run(task.run(), files) : inspect(task, files);
+    if (task.has_run()) return run(task.run(), files);
+    task.has_encode() ? encode(task.encode(), files) : inspect(task, files);
   } catch (const crease::Error& error) {
     refuse(files.channel, error);
   } catch (const std::bad_alloc&) {
@@ -71,6 +77,7 @@ TaskFiles task_files(const v1::ComputeTask& task, const std::vector<Descriptor>&
   files.upload = take(true);
   files.weights = take(task.has_weights());
   files.checkpoint = take(task.run().has_checkpoint());
+  files.output = take(task.has_encode());
   return files;
 }
 

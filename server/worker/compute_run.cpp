@@ -17,6 +17,7 @@
 #include "core/base/stopwatch.h"
 #include "core/job.h"
 #include "crease/v1/result.pb.h"
+#include "proto/assembly.h"
 #include "proto/convert.h"
 #include "proto/parameter_table.h"
 #include "server/base/failure.h"
@@ -52,13 +53,6 @@ class Timer {
   Clock::duration every_;
   Clock::time_point next_;
 };
-
-crease::Error write_failure(int number) {
-  // The limit on files is that of this job, so it is not the store's fault.
-  if (number == EFBIG) return {code::kFileLimitExceeded, "needed a file larger than its limit"};
-  errno = number;
-  return file_failure("write", "a file of the job");
-}
 
 void write_message(int file, const google::protobuf::MessageLite& message) {
   constexpr int kBlockBytes = 1 << 20;
@@ -101,8 +95,11 @@ class JobComputation {
     }
     std::optional<MappedFile> weights;
     if (files_.weights >= 0) weights.emplace(files_.weights);
-    auto input = crease::check_input(upload.bytes(), crease::format_from_name(task_.job().input().format()),
-                                     files_.limits, bytes_of(weights));
+    auto input = crease::check_upload({.bytes = upload.bytes(),
+                                       .format = task_.job().input().format(),
+                                       .name = task_.job().input().name(),
+                                       .weights = bytes_of(weights),
+                                       .limits = files_.limits});
     if (crease::to_message(input).weights_sha256() != task_.job().input().weights_sha256()) {
       throw crease::Error(code::kUploadDamaged, "the weights differ from those that the job was submitted with");
     }
@@ -242,17 +239,10 @@ class JobComputation {
   }
 
   void write_report(const crease::JobOutput& output_of_job) {
-    v1::Report report;
-    report.set_id(task_.job().id());
-    report.set_version(CREASE_VERSION);
-    *report.mutable_input() = task_.job().input();
-    *report.mutable_parameters() = task_.job().parameters();
-    *report.mutable_result() = crease::to_message(output_of_job.facts);
-    *report.mutable_timings() = timings_;
-    report.mutable_timings()->set_queued_seconds(task_.queued_seconds());
-    for (const auto& sweep : output_of_job.sweeps) *report.add_sweeps() = crease::to_message(sweep);
-    *report.mutable_warnings() = task_.job().warnings();
-    for (const auto& warning : warnings_) crease::add_once(warning, *report.mutable_warnings());
+    v1::Job job = task_.job();
+    for (const auto& warning : warnings_) crease::add_once(warning, *job.mutable_warnings());
+    timings_.set_queued_seconds(task_.queued_seconds());
+    const v1::Report report = crease::make_report(job, output_of_job, timings_);
     write_message(output(v1::RUN_FILE_REPORT).get(), report);
     send_complete(v1::RUN_FILE_REPORT);
   }
@@ -268,6 +258,13 @@ class JobComputation {
 };
 
 }  // namespace
+
+crease::Error write_failure(int number) {
+  // The limit on files is that of this job, so it is not the store's fault.
+  if (number == EFBIG) return {code::kFileLimitExceeded, "needed a file larger than its limit"};
+  errno = number;
+  return file_failure("write", "a file of the job");
+}
 
 void run(const v1::RunTask& task, const TaskFiles& files) { JobComputation(task, files).run(); }
 

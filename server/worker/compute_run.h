@@ -7,9 +7,12 @@ namespace creased {
 
 /// The descriptors of a confined process; −1 for a file that the task does not have.
 struct TaskFiles {
-  int channel = -1, upload = -1, weights = -1, checkpoint = -1;
+  int channel = -1, upload = -1, weights = -1, checkpoint = -1, output = -1;
   crease::DecodeLimits limits;
 };
+
+/// The error of a write that failed with this errno.
+crease::Error write_failure(int number);
 
 /// Runs a job inside the confined process, from its upload to the files of its result. Reads orders between sweeps and
 /// sends events over the channel.

@@ -39,12 +39,8 @@ creased::GuardedServer::Options server_options() {
   return options;
 }
 
-/// An inspector without a program, which refuses every complete upload.
-creased::Inspector::Options no_inspector() {
-  creased::Inspector::Options options;
-  options.executable = "/nonexistent";
-  return options;
-}
+/// A pool without a program: it refuses every complete upload and every encoding.
+creased::TaskPool::Options no_processes() { return {.executable = "/nonexistent"}; }
 
 /// A service without keys that accepts small uploads.
 creased::Gatekeeper::Options open_gate() {
@@ -65,19 +61,25 @@ class Service {
   Service()
       : gate_(open_gate()),
         store_(creased::open_store(store_options(folder_))),
-        inspector_(no_inspector()),
+        tasks_(no_processes()),
+        inspector_(tasks_, {}),
+        encoder_(tasks_, {}),
+        results_(*store_, encoder_),
+        streams_(4),
+        page_({}),
         watcher_(*store_, kNever, [](const v1::Job&) {}),
         api_({.store = *store_,
               .inspector = inspector_,
+              .results = results_,
               .watcher = watcher_,
               .metrics = metrics_,
               .gate = gate_,
               .links = links_,
+              .streams = streams_,
+              .page = page_,
               .shutting_down = shutting_down_,
               .cors = creased::CorsPolicy({"https://app.example"}),
-              .max_streams = 4,
-              .parameters = settings(),
-              .page = {}}),
+              .parameters = settings()}),
         server_(server_options(), hooks()) {
     api_.attach(server_);
     server_.bind("127.0.0.1", 0);  // never used, but the library considers a server without a socket stopped
@@ -155,7 +157,12 @@ class Service {
   const creased::LinkSigner links_{"a secret of the tests"};
   std::unique_ptr<creased::Store> store_;
   creased::Metrics metrics_;
+  creased::TaskPool tasks_;
   creased::Inspector inspector_;
+  creased::Encoder encoder_;
+  creased::ResultFiles results_;
+  creased::OpenStreams streams_;
+  creased::PageFiles page_;
   creased::JobWatcher watcher_;
   creased::Api api_;
   creased::GuardedServer server_;

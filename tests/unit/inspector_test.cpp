@@ -10,6 +10,7 @@
 #include <csignal>
 #include <fstream>
 #include <future>
+#include <mutex>
 #include <thread>
 
 #include "core/job.h"
@@ -29,6 +30,32 @@ using crease::test::eventually;
 using crease::test::obj_text;
 using testing::HasSubstr;
 
+struct PoolOptions : Inspector::Options {
+  fs::path executable = CREASED_BIN;
+  std::size_t processes = 2;
+};
+
+/// An inspector with processes of its own.
+class PooledInspector {
+ public:
+  explicit PooledInspector(const PoolOptions& options)
+      : pool_({.executable = options.executable, .processes = options.processes}), inspector_(pool_, options) {}
+
+  Inspection inspect(const fs::path& mesh, const std::string& format, const std::string& name,
+                     const fs::path& weights = {}) {
+    return inspector_.inspect({mesh, format, name, weights});
+  }
+  Inspection inspect(const fs::path& mesh, const std::string& owner) {
+    return inspector_.inspect({mesh, "obj", "mesh.obj", {}, owner});
+  }
+  std::vector<int> process_ids() const { return pool_.process_ids(); }
+  std::size_t waiting() const { return pool_.waiting(); }
+
+ private:
+  TaskPool pool_;
+  Inspector inspector_;
+};
+
 class InspectorTest : public testing::Test {
  protected:
   fs::path write(const std::string& name, const std::string& bytes) const {
@@ -40,16 +67,12 @@ class InspectorTest : public testing::Test {
     static const std::string text = obj_text(crease::test::grid(800, 800));
     return write("slow.obj", text);
   }
-  static Inspector::Options options() {
-    Inspector::Options options;
-    options.executable = CREASED_BIN;
-    return options;
-  }
+  static PoolOptions options() { return {}; }
 
   const crease::test::TemporaryFolder folder_;
 };
 
-crease::Error refusal(Inspector& inspector, const fs::path& upload, const std::string& format = {}) {
+crease::Error refusal(PooledInspector& inspector, const fs::path& upload, const std::string& format = {}) {
   try {
     inspector.inspect(upload, format, upload.filename());
   } catch (const crease::Error& error) {
@@ -58,7 +81,7 @@ crease::Error refusal(Inspector& inspector, const fs::path& upload, const std::s
   return {"no error", ""};
 }
 
-std::size_t faces_found(Inspector& inspector, const fs::path& upload) {
+std::size_t faces_found(PooledInspector& inspector, const fs::path& upload) {
   try {
     return inspector.inspect(upload, "obj", "mesh.obj").facts.faces();
   } catch (const crease::Error&) {
@@ -67,7 +90,7 @@ std::size_t faces_found(Inspector& inspector, const fs::path& upload) {
 }
 
 TEST_F(InspectorTest, ReturnsTheFactsAndWarningsOfCore) {
-  Inspector inspector(options());
+  PooledInspector inspector(options());
   for (const auto& [name, mesh, manifold, closed, degenerate] : crease::test::mesh_family()) {
     const std::string text = obj_text(mesh);
     const auto expected = crease::check_input(text, crease::MeshFormat::kObj);
@@ -80,7 +103,7 @@ TEST_F(InspectorTest, ReturnsTheFactsAndWarningsOfCore) {
 }
 
 TEST_F(InspectorTest, ARefusalNamesTheFaultAndItsPlace) {
-  Inspector inspector(options());
+  PooledInspector inspector(options());
   const auto error = refusal(inspector, write("bad.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"));
   EXPECT_EQ(error.code(), crease::code::kMeshIndexOutOfRange);
   EXPECT_EQ(error.place(), "face 0");
@@ -89,7 +112,7 @@ TEST_F(InspectorTest, ARefusalNamesTheFaultAndItsPlace) {
 }
 
 TEST_F(InspectorTest, ARefusalOfWeightsNamesTheItem) {
-  Inspector inspector(options());
+  PooledInspector inspector(options());
   const fs::path upload = write("triangle.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_EQ(inspector.inspect(upload, "", "a.obj", write("good.json", "[1, 2, 3]")).facts.weights_sha256().size(), 64U);
   try {
@@ -104,7 +127,7 @@ TEST_F(InspectorTest, ARefusalOfWeightsNamesTheItem) {
 }
 
 TEST_F(InspectorTest, TheFormatComesFromTheRequestThenTheNameThenTheBytes) {
-  Inspector inspector(options());
+  PooledInspector inspector(options());
   const fs::path upload = write("mesh", obj_text(crease::test::cube(2)));
   EXPECT_EQ(inspector.inspect(upload, "obj", "mesh.ply").facts.format(), "obj");
   EXPECT_EQ(inspector.inspect(upload, "", "mesh.obj").facts.format(), "obj");
@@ -115,13 +138,13 @@ TEST_F(InspectorTest, TheFormatComesFromTheRequestThenTheNameThenTheBytes) {
 TEST_F(InspectorTest, TheLimitsReachTheChildren) {
   auto bounded = options();
   bounded.max_faces = 11;
-  Inspector inspector(bounded);
+  PooledInspector inspector(bounded);
   EXPECT_EQ(refusal(inspector, write("cube.obj", obj_text(crease::test::cube(1)))).code(), crease::code::kMeshTooLarge);
 }
 
 TEST_F(InspectorTest, MoreCallersThanChildrenAreAllServed) {
   constexpr int kCallers = 12, kCalls = 5;
-  Inspector inspector(options());
+  PooledInspector inspector(options());
   std::atomic<int> right{0};
   {
     std::vector<std::jthread> callers;
@@ -136,8 +159,37 @@ TEST_F(InspectorTest, MoreCallersThanChildrenAreAllServed) {
   EXPECT_EQ(right, kCallers * kCalls);
 }
 
+TEST_F(InspectorTest, KeysTakeTurns) {
+  auto single = options();
+  single.processes = 1;
+  PooledInspector inspector(single);
+  const fs::path upload = write("cube.obj", obj_text(crease::test::cube(1)));
+  ASSERT_TRUE(eventually([&] { return inspector.process_ids().size() == 1; }));
+  const int process = inspector.process_ids().at(0);
+  ::kill(process, SIGSTOP);
+  std::mutex mutex;
+  std::vector<std::string> order;
+  {
+    std::vector<std::jthread> callers;
+    std::size_t waiting = 0;
+    for (const std::string owner : {"anna", "anna", "anna", "bert"}) {
+      callers.emplace_back([&, owner] {
+        inspector.inspect(upload, owner);
+        const std::lock_guard lock(mutex);
+        order.push_back(owner);
+      });
+      // The first has the process, the others wait.
+      ASSERT_TRUE(eventually([&] { return inspector.waiting() == waiting; }));
+      ++waiting;
+    }
+    ::kill(process, SIGCONT);
+  }
+  EXPECT_EQ(order.size(), 4U);
+  EXPECT_NE(order.back(), "bert");
+}
+
 TEST_F(InspectorTest, ChildrenKilledWhileIdleAreReplacedSilently) {
-  Inspector inspector(options());
+  PooledInspector inspector(options());
   const fs::path upload = write("cube.obj", obj_text(crease::test::cube(1)));
   ASSERT_TRUE(eventually([&] { return inspector.process_ids().size() == 2; }));
   const auto killed = inspector.process_ids();
@@ -154,7 +206,7 @@ TEST_F(InspectorTest, ChildrenKilledWhileIdleAreReplacedSilently) {
 TEST_F(InspectorTest, AnUploadThatKillsItsChildFailsAloneAndTheNextIsServed) {
   auto single = options();
   single.processes = 1;
-  Inspector inspector(single);
+  PooledInspector inspector(single);
   const fs::path slow = slow_upload(), upload = write("cube.obj", obj_text(crease::test::cube(1)));
   auto failed = std::async(std::launch::async, [&] { return refusal(inspector, slow); });
   // A child that has a child of its own is busy with the upload.
@@ -174,7 +226,7 @@ TEST_F(InspectorTest, AnUploadThatTakesTooLongIsRefusedAndTheNextIsServed) {
   auto hasty = options();
   hasty.processes = 1;
   hasty.timeout = std::chrono::milliseconds(1'000);
-  Inspector inspector(hasty);
+  PooledInspector inspector(hasty);
   const fs::path upload = write("cube.obj", obj_text(crease::test::cube(1)));
   ASSERT_TRUE(eventually([&] { return inspector.process_ids().size() == 1; }));
   ::kill(inspector.process_ids().at(0), SIGSTOP);  // so that it takes for ever
@@ -189,7 +241,7 @@ TEST_F(InspectorTest, AnUploadThatNeedsTooMuchMemoryFailsAndTheNextIsServed) {
   auto small = options();
   small.processes = 1;
   small.memory_limit_mb = 512;
-  Inspector inspector(small);
+  PooledInspector inspector(small);
   const fs::path huge = write("huge.obj", "v 0 0 0\n");
   fs::resize_file(huge, std::uintmax_t{1} << 32U);  // sparse
   const auto error = refusal(inspector, huge);
@@ -201,7 +253,7 @@ TEST_F(InspectorTest, AnUploadThatNeedsTooMuchMemoryFailsAndTheNextIsServed) {
 TEST_F(InspectorTest, AProgramThatCannotStartIsAnErrorForTheCaller) {
   auto broken = options();
   broken.executable = "/no/such/program";
-  Inspector inspector(broken);
+  PooledInspector inspector(broken);
   const auto error = refusal(inspector, write("cube.obj", "v 0 0 0\n"));
   EXPECT_EQ(error.code(), code::kProcessUnavailable);
   EXPECT_THAT(error.detail(), HasSubstr("No such file"));

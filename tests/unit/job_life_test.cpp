@@ -1,6 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include "core/job.h"
+#include "core/measure/samples.h"
+#include "proto/convert.h"
+#include "proto/parameter_table.h"
 #include "server/jobs/life.h"
 #include "server/jobs/needs.h"
 
@@ -112,6 +118,29 @@ TEST(JobNeeds, GrowWithEverythingThatFilesHold) {
   input.set_faces(1'000);
   EXPECT_GT(needs_of(input, 0).disk_bytes, vertices.disk_bytes);
   EXPECT_GT(needs_of(input, 500).work, needs_of(input, 100).work);
+}
+
+// Each method writes what it has come to after every sweep; the largest of these files, twice, has its place.
+TEST(JobNeeds, HoldTheCheckpointsAndTheResultsOfEveryMethod) {
+  for (const char* solver : {"descent", "metropolis"}) {
+    crease::v1::Parameters asked;
+    crease::set_parameter(asked, "solver", solver);
+    const auto parameters = crease::resolve(asked);
+    const auto input = crease::check_mesh(crease::sample_scan());
+    std::size_t checkpoint = 0;
+    crease::RunContext context;
+    context.on_sweep = [&](const crease::SweepView& view) {
+      if (view.checkpoint) checkpoint = std::max(checkpoint, view.checkpoint().size());
+      return true;
+    };
+    const auto output = crease::run_job(input, crease::to_options(parameters), context);
+    const Needs needs = needs_of(crease::to_message(input.facts), parameters.sweeps());
+    const std::size_t result = crease::to_message(output.result).ByteSizeLong() + 24 * input.mesh.positions.size();
+    const std::size_t glb = crease::encode_mesh(output.result, crease::MeshFormat::kGlb).size();
+    EXPECT_GT(checkpoint, 0U) << solver;
+    EXPECT_LT(checkpoint, needs.file_bytes) << solver;
+    EXPECT_LT(2 * checkpoint + result + glb, needs.disk_bytes) << solver;
+  }
 }
 
 }  // namespace

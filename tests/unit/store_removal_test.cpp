@@ -7,6 +7,8 @@
 namespace creased::test {
 namespace {
 
+const std::string kId = "00000000000000000abc";
+
 class RemovalTest : public StoreTest {};
 
 TEST_F(RemovalTest, ConcurrentRemovalsDoNotConflict) {
@@ -30,6 +32,38 @@ TEST_F(RemovalTest, ConcurrentRemovalsDoNotConflict) {
   for (auto& thread : threads) thread.join();
   EXPECT_THAT(faults, IsEmpty());
   EXPECT_TRUE(fs::is_empty(incoming()));
+}
+
+TEST_F(RemovalTest, AnIdWhoseRemovalIsNotFinishedIsNotTaken) {
+  store();
+  SQLite::Database database((folder_.path() / "data" / "creased.db").string(), SQLite::OPEN_READWRITE, 10'000);
+  database.exec("INSERT INTO removed VALUES ('" + kId +
+                "')");  // as a removal leaves it that a failing disk has interrupted
+  const std::string id = submit(kId).id();
+  EXPECT_NE(id, kId);
+  store().remove_expired();
+  EXPECT_TRUE(fs::exists(store().upload_path(id)));
+  EXPECT_EQ(submit(kId).id(), kId) << "the removal is finished";
+}
+
+// A job with the id of one that was just removed keeps its files, however many finish that removal.
+TEST_F(RemovalTest, AnIdThatIsTakenAgainAtOnceKeepsItsFiles) {
+  constexpr int kTimes = 300;
+  store();
+  std::vector<std::jthread> housekeepers;
+  for (int i = 0; i < 3; ++i) {
+    housekeepers.emplace_back([&](const std::stop_token& ended) {
+      while (!ended.stop_requested()) store().remove_expired();
+    });
+  }
+  for (int i = 0; i < kTimes; ++i) {
+    const std::string id = submit(kId).id();
+    EXPECT_TRUE(store().remove(id));
+    const std::string again = submit(kId).id();
+    store().remove_expired();
+    EXPECT_TRUE(fs::exists(store().upload_path(again))) << again << ", time " << i;
+    store().remove(again);
+  }
 }
 
 }  // namespace

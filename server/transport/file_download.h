@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
-#include "server/api/call.h"
 #include "server/base/durable_file.h"
+#include "server/transport/guarded_server.h"
 
 namespace creased {
 
@@ -21,6 +21,6 @@ struct Download {
 /// Answers with the file, with the requested range of it, or with 304 when the client's copy is current [RFC 9110].
 /// Requests for several ranges, and malformed ranges, get the whole file.
 /// \throw crease::Error range_not_satisfiable, after setting Content-Range
-void send_file(Call& call, const Download& download);
+void send_file(const Exchange& exchange, httplib::Response& response, const Download& download);
 
 }  // namespace creased

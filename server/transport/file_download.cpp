@@ -1,9 +1,10 @@
-#include "server/api/file_download.h"
+#include "server/transport/file_download.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <optional>
 #include <vector>
@@ -65,28 +66,27 @@ bool matches(std::string_view list, std::string_view quoted) {
   return false;
 }
 
-std::optional<ByteRange> wanted_range(const Call& call, const Download& download, std::string_view quoted) {
-  const RequestHead& head = call.exchange.head;
+std::optional<ByteRange> wanted_range(const RequestHead& head, httplib::Response& response, const Download& download,
+                                      std::string_view quoted) {
   if (head.count("Range") != 1 || head.method != "GET") return std::nullopt;
   if (head.count("If-Range") > 0 && (download.etag.empty() || head.header("If-Range") != quoted)) return std::nullopt;
-  return parse_range(head.header("Range"), download.file->bytes, call.response);
+  return parse_range(head.header("Range"), download.file->bytes, response);
 }
 
 }  // namespace
 
-void send_file(Call& call, const Download& download) {
-  auto& response = call.response;
+void send_file(const Exchange& exchange, httplib::Response& response, const Download& download) {
   const std::string quoted = "\"" + download.etag + "\"";
   response.set_header("Accept-Ranges", "bytes");
   if (!download.etag.empty()) {
     response.set_header("ETag", quoted);
     response.set_header("Cache-Control", "private, no-cache");
-    if (matches(call.exchange.head.header("If-None-Match"), quoted)) {
+    if (matches(exchange.head.header("If-None-Match"), quoted)) {
       response.status = 304;
       return;
     }
   }
-  const auto range = wanted_range(call, download, quoted);
+  const auto range = wanted_range(exchange.head, response, download, quoted);
   if (!download.disposition.empty()) response.set_header("Content-Disposition", download.disposition);
   response.status = range ? 206 : 200;
   const std::uint64_t start = range ? range->first : 0, count = range ? range->count : download.file->bytes;
@@ -101,8 +101,11 @@ void send_file(Call& call, const Download& download) {
   response.set_content_provider(
       count, download.media_type,
       [file = download.file, start, buffer](std::size_t offset, std::size_t left, httplib::DataSink& sink) {
-        const ssize_t read = ::pread(file->descriptor.get(), buffer->data(), std::min(left, buffer->size()),
-                                     static_cast<off_t>(start + offset));
+        ssize_t read = 0;
+        do {
+          read = ::pread(file->descriptor.get(), buffer->data(), std::min(left, buffer->size()),
+                         static_cast<off_t>(start + offset));
+        } while (read < 0 && errno == EINTR);
         return read > 0 && sink.write(buffer->data(), static_cast<std::size_t>(read));
       });
 }

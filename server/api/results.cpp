@@ -1,0 +1,204 @@
+#include "server/api/results.h"
+
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "proto/convert.h"
+#include "proto/result_formats.h"
+#include "server/api/file_name.h"
+#include "server/api/jobs.h"
+#include "server/transport/accept.h"
+#include "server/transport/file_download.h"
+
+namespace creased {
+namespace {
+
+using crease::Error;
+using crease::Format;
+using Json = nlohmann::ordered_json;
+
+/// The format that the query names, otherwise the first one.
+const Format& named_format(Call& call, const crease::Formats& offered) {
+  const std::string name = call.query("format", std::string(offered.front()->name));
+  return *crease::find_by_name(offered, name);
+}
+
+/// The format that the query names, or else the one in `offered`, best first, that the Accept header prefers.
+const Format& wanted_format(Call& call, const crease::Formats& offered) {
+  if (!call.query("format").empty()) return named_format(call, offered);
+  call.response.set_header("Vary", "Accept");
+  std::vector<std::string_view> types;
+  for (const Format* format : offered) types.push_back(format->media_types.front());
+  const auto chosen = negotiate(call.exchange.head.header("Accept"), types);
+  if (!chosen) throw Error("not_acceptable", fmt::format("available media types: {}", fmt::join(types, ", ")));
+  return *offered[*chosen];
+}
+
+void require_success(const crease::v1::Job& job) {
+  if (job.state() == "succeeded") return;
+  if (job.state() == "cancelled") throw Error("job_cancelled", "the job was cancelled and has no result");
+  if (job.state() == "failed") throw Error("job_failed", job.error().code() + ": " + job.error().detail());
+  throw Error("job_not_finished", "the job is " + job.state());
+}
+
+std::string etag(const crease::v1::Job& job, const std::string& what) {
+  return fmt::format("{}-{}-{}", crease::job_fingerprint(job.input(), job.parameters()), CREASE_VERSION, what);
+}
+
+TaskPool::Asker asker(Call& call) {
+  return {call.owner(), [&stream = call.exchange.stream] { return stream.peer_gone(); }};
+}
+
+std::string disposition(const crease::v1::Job& job, std::string_view part, const Format& format) {
+  return attachment(job.input().name(), job.id(), part, format.extensions.front());
+}
+
+void get_mesh(Services& services, Call& call) {
+  const auto job = find_job(services.store, call);
+  const Format& format = wanted_format(call, crease::mesh_formats());
+  const bool snapshot = call.query_flag("snapshot") && !is_terminal(job.state());
+  if (!snapshot) require_success(job);
+  const bool measured = call.query_flag("measured");
+  if (measured && snapshot) {
+    throw Error::parameter("parameter_invalid", "measured", "true", "false, or left out, with snapshot=true");
+  }
+  const ResultPart part = snapshot ? ResultPart::kSnapshot : measured ? ResultPart::kMeasured : ResultPart::kMesh;
+  const std::string extension(format.extensions.front());
+  send_file(call.exchange, call.response,
+            {.file = services.results.file(job, {part, format}, asker(call)),
+             .media_type = std::string(format.media_types.front()),
+             .etag = snapshot ? "" : etag(job, (measured ? "measured-" : "") + extension),
+             .disposition = disposition(job, measured ? "measured" : "smooth", format)});
+}
+
+void get_labels(Services& services, Call& call) {
+  const auto job = find_job(services.store, call);
+  require_success(job);
+  const Format& format = named_format(call, crease::label_formats());
+  const double min = call.query_number("min", 0);
+  send_file(call.exchange, call.response,
+            {.file = services.results.file(job, {ResultPart::kLabels, format, min}, asker(call)),
+             .media_type = std::string(format.media_types.front()),
+             .etag = etag(job, fmt::format("labels-{}-{}", min, format.name)),
+             .disposition = disposition(job, "labels", format)});
+}
+
+void get_ridges(Services& services, Call& call) {
+  const auto job = find_job(services.store, call);
+  const Format& format = wanted_format(call, crease::ridge_formats());
+  require_success(job);
+  send_file(call.exchange, call.response,
+            {.file = services.results.file(job, {ResultPart::kRidges, format}, asker(call)),
+             .media_type = std::string(format.media_types.front()),
+             .etag = etag(job, fmt::format("ridges-{}", format.name)),
+             .disposition = disposition(job, "ridges", format)});
+}
+
+void get_report(Services& services, Call& call) {
+  const auto job = find_job(services.store, call);
+  require_success(job);
+  const Format& format = named_format(call, crease::report_formats());
+  send_file(call.exchange, call.response,
+            {.file = services.results.file(job, {ResultPart::kReport, format}, asker(call)),
+             .media_type = std::string(format.media_types.front()),
+             .etag = "",  // another run of the same job has other timings
+             .disposition = disposition(job, "report", format)});
+}
+
+}  // namespace
+
+Json labels_schema() {
+  const Json numbers = {{"type", "array"}, {"items", {{"type", "number"}}}};
+  const Json pair = {{"type", "array"}, {"items", {{"type", "integer"}}}, {"minItems", 2}, {"maxItems", 2}};
+  return {{"type", "object"},
+          {"required", {"edges", "labels", "dihedral_deg", "count", "threshold"}},
+          {"properties",
+           {{"edges", {{"type", "array"}, {"items", pair}}},
+            {"labels", numbers},
+            {"dihedral_deg", numbers},
+            {"count", {{"type", "integer"}}},
+            {"threshold", {{"type", "number"}}}}}};
+}
+
+Json ridge_lines_schema() {
+  const Json indices = {{"type", "array"}, {"items", {{"type", "integer"}, {"minimum", 0}}}};
+  const Json number = {{"type", "number"}};
+  const Json line = {{"type", "object"},
+                     {"required", {"vertices", "closed", "length", "mean_label", "mean_dihedral_deg"}},
+                     {"properties",
+                      {{"vertices", indices},
+                       {"closed", {{"type", "boolean"}}},
+                       {"length", number},
+                       {"mean_label", number},
+                       {"mean_dihedral_deg", number}}}};
+  return {{"type", "object"},
+          {"required", {"ridges", "count", "corners"}},
+          {"properties",
+           {{"ridges", {{"type", "array"}, {"items", line}}}, {"count", {{"type", "integer"}}}, {"corners", indices}}}};
+}
+
+std::vector<Route> result_routes() {
+  const std::vector<std::string> unfinished = {"job_not_found",   "result_damaged",     "job_not_finished",
+                                               "job_failed",      "job_cancelled",      "parameter_invalid",
+                                               "encoding_failed", "process_unavailable"};
+  auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), unfinished.begin(), unfinished.end());
+    return more;
+  };
+  return {
+      {"GET",
+       "/v1/jobs/{id}/mesh",
+       "get_mesh",
+       "Download the smoothed mesh",
+       {{"format", "string",
+         "Format of the mesh; the path may end in it instead: mesh.glb. By default the Accept header decides, or "
+         "else it is glb.",
+         format_names(crease::mesh_formats())},
+        {"snapshot", "boolean", "While the job is running, its latest intermediate mesh."},
+        {"measured", "boolean",
+         "The measured positions in place of the smoothed ones, with the same vertices, faces and splits as the "
+         "result."}},
+       {{200, "The mesh.", media_types(crease::mesh_formats()), "LabelledMesh"},
+        {206, "A range of its bytes.", media_types(crease::mesh_formats()), "LabelledMesh"},
+        {304, "The mesh in If-None-Match is current.", {}, ""}},
+       with({"not_acceptable", "range_not_satisfiable", "snapshot_unavailable"}),
+       get_mesh},
+      {"GET",
+       "/v1/jobs/{id}/labels",
+       "get_labels",
+       "Download the ridge label and the signed dihedral angle of every edge",
+       {{"format", "string", "Format of the labels; the path may end in it instead: labels.csv.",
+         format_names(crease::label_formats())},
+        {"min", "number", "Only edges with a label of at least this.", {}, 0, 1}},
+       {{200, "The labels.", media_types(crease::label_formats()), "EdgeLabels"},
+        {206, "A range of their bytes.", media_types(crease::label_formats()), ""},
+        {304, "The labels in If-None-Match are current.", {}, ""}},
+       with({"range_not_satisfiable", "parameter_out_of_range"}),
+       get_labels},
+      {"GET",
+       "/v1/jobs/{id}/ridges",
+       "get_ridges",
+       "Download the ridge lines and the corners where they meet",
+       {{"format", "string",
+         "Format of the ridge lines; the path may end in it instead: ridges.glb. By default the Accept header "
+         "decides, or else it is json.",
+         format_names(crease::ridge_formats())}},
+       {{200, "The ridge lines.", media_types(crease::ridge_formats()), "RidgeLines"},
+        {206, "A range of their bytes.", media_types(crease::ridge_formats()), ""},
+        {304, "The ridge lines in If-None-Match are current.", {}, ""}},
+       with({"not_acceptable", "range_not_satisfiable"}),
+       get_ridges},
+      {"GET",
+       "/v1/jobs/{id}/report",
+       "get_report",
+       "Download the report: input facts, parameters, energies of every sweep, result, timings",
+       {{"format", "string", "Format of the report; the path may end in it instead: report.json.",
+         format_names(crease::report_formats())}},
+       {{200, "The report.", media_types(crease::report_formats()), "Report"}},
+       with({}),
+       get_report},
+  };
+}
+
+}  // namespace creased

@@ -1,0 +1,92 @@
+#include "server/api/service.h"
+
+#include "proto/parameter_table.h"
+#include "server/api/openapi.h"
+
+namespace creased {
+namespace {
+
+using crease::Error;
+
+void answer_json(Call& call, const nlohmann::ordered_json& answer, const std::string& type = kJson) {
+  call.response.set_content(answer.dump(2) + "\n", type);
+}
+
+void get_parameters(Services& services, Call& call) {
+  answer_json(call, crease::parameters_schema(services.parameters), "application/schema+json");
+}
+
+void get_health(Services&, Call& call) { answer_json(call, {{"status", "ok"}, {"version", CREASE_VERSION}}); }
+
+void get_readiness(Services& services, Call& call) {
+  if (services.shutting_down) throw Error("shutting_down", "the server is going down");
+  const std::string reason = services.not_ready ? services.not_ready() : services.store.not_ready_reason();
+  if (!reason.empty()) throw Error("store_unavailable", reason);
+  answer_json(call, {{"status", "ready"}});
+}
+
+void get_metrics(Services& services, Call& call) {
+  const std::string text =
+      services.metrics.text(services.store.queued(), services.streams.count(), services.connections());
+  call.response.set_content(text, "text/plain; version=0.0.4; charset=utf-8");
+}
+
+void get_openapi(Services& services, Call& call) {
+  static const nlohmann::ordered_json document = openapi_document(services.parameters);
+  auto answer = document;
+  if (!call.exchange.base.empty()) answer["servers"][0]["url"] = call.exchange.base;
+  answer_json(call, answer, "application/vnd.oai.openapi+json;version=3.1");
+}
+
+}  // namespace
+
+std::vector<Route> service_routes() {
+  return {
+      {"GET",
+       "/v1/parameters",
+       "get_parameters",
+       "List the parameters as JSON Schema, with unit, range, default and meaning",
+       {},
+       {{200, "JSON Schema.", {"application/schema+json"}, ""}},
+       {},
+       get_parameters},
+      {"GET",
+       "/healthz",
+       "get_health",
+       "Check that the process is alive",
+       {},
+       {{200, "The process is alive.", {kJson}, ""}},
+       {},
+       get_health,
+       Access::kProbe},
+      {"GET",
+       "/readyz",
+       "get_readiness",
+       "Check that the service accepts jobs",
+       {},
+       {{200, "The service accepts jobs.", {kJson}, ""}},
+       {"shutting_down", "store_unavailable"},
+       get_readiness,
+       Access::kProbe},
+      {"GET",
+       "/metrics",
+       "get_metrics",
+       "Metrics in the Prometheus text format",
+       {},
+       {{200, "The metrics.", {"text/plain"}, ""}},
+       {"forbidden"},
+       get_metrics,
+       Access::kMetrics},
+      {"GET",
+       "/openapi.json",
+       "get_openapi",
+       "This OpenAPI document",
+       {},
+       {{200, "The OpenAPI 3.1 document.", {"application/vnd.oai.openapi+json"}, ""}},
+       {},
+       get_openapi,
+       Access::kOpen},
+  };
+}
+
+}  // namespace creased
