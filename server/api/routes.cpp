@@ -116,17 +116,6 @@ std::vector<Route> make_routes() {
 
 }  // namespace
 
-const std::vector<LinkTarget>& link_targets() {
-  static const std::vector<LinkTarget> targets = {{"job", "get_job"},       {"events", "watch_job"},
-                                                  {"mesh", "get_mesh"},     {"labels", "get_labels"},
-                                                  {"ridges", "get_ridges"}, {"report", "get_report"}};
-  return targets;
-}
-
-bool Route::can_be_linked() const {
-  return std::ranges::find(link_targets(), operation, &LinkTarget::operation) != link_targets().end();
-}
-
 const Route& route_of(std::string_view operation) { return *std::ranges::find(routes(), operation, &Route::operation); }
 
 std::span<const Route> routes() {

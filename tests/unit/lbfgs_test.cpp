@@ -1,0 +1,93 @@
+#include "core/graduated/lbfgs.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace crease {
+namespace {
+
+/// Half of Σ w_i (x_i − c_i)², with weights from 1 to 100 and c_i from −1 to 1.
+struct Bowl {
+  explicit Bowl(std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      weights.push_back(std::pow(10.0F, static_cast<float>(i % 7) / 3));
+      centre.push_back(std::sin(static_cast<float>(i)));
+    }
+  }
+
+  DifferentiableFunction function() const {
+    return [this](std::span<const float> x, std::span<float> gradient) {
+      double value = 0;
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        const float away = x[i] - centre[i];
+        gradient[i] = weights[i] * away;
+        value += static_cast<double>(weights[i] * away * away) / 2;
+      }
+      return value;
+    };
+  }
+
+  float farthest(const std::vector<float>& x) const {
+    float most = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) most = std::max(most, std::abs(x[i] - centre[i]));
+    return most;
+  }
+
+  std::vector<float> weights, centre;
+};
+
+constexpr std::size_t kNumbers = 3 * 10'001;  // not a multiple of any block
+
+TEST(Lbfgs, FindsTheCentreOfABowl) {
+  const Bowl bowl(kNumbers);
+  std::vector<float> x(kNumbers, 0);
+  ThreadTeam team(1);
+  LbfgsOptions options;
+  options.steps = 100;
+  minimize(bowl.function(), x, options, team);
+  EXPECT_LT(bowl.farthest(x), 1e-2F);
+}
+
+TEST(Lbfgs, TheSameBitsForAnyNumberOfThreads) {
+  const Bowl bowl(kNumbers);
+  std::vector<std::vector<float>> ends;
+  for (const std::uint32_t threads : {1U, 2U, 5U}) {
+    ThreadTeam team(threads);
+    LbfgsOptions options;
+    options.steps = 12;
+    minimize(bowl.function(), ends.emplace_back(kNumbers, 0.0F), options, team);
+  }
+  EXPECT_EQ(ends[0], ends[1]);
+  EXPECT_EQ(ends[0], ends[2]);
+}
+
+// The first step tells the factor, the second one ends in the centre.
+TEST(Lbfgs, TwoStepsAreEnoughWithTheTrueCurvaturesUpToAFactor) {
+  const Bowl bowl(kNumbers);
+  std::vector<float> metric;
+  for (const float weight : bowl.weights) metric.push_back(17 / weight);
+  std::vector<float> x(kNumbers, 0);
+  ThreadTeam team(2);
+  LbfgsOptions options;
+  options.steps = 2;
+  options.diagonal = &metric;
+  minimize(bowl.function(), x, options, team);
+  EXPECT_LT(bowl.farthest(x), 1e-4F);
+}
+
+TEST(Lbfgs, AMetricThatSolvesIsTakenAtItsWord) {
+  const Bowl bowl(kNumbers);
+  std::vector<float> x(kNumbers, 0);
+  ThreadTeam team(2);
+  LbfgsOptions options;
+  options.steps = 1;
+  options.solve = [&](std::span<float> step) {
+    for (std::size_t i = 0; i < step.size(); ++i) step[i] /= bowl.weights[i];
+  };
+  minimize(bowl.function(), x, options, team);
+  EXPECT_LT(bowl.farthest(x), 1e-5F);
+}
+
+}  // namespace
+}  // namespace crease
