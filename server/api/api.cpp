@@ -192,10 +192,13 @@ void Api::finished(const ExchangeSummary& exchange) {
   constexpr int kRefused = 400;
   const std::string reason = exchange.code.empty() ? std::to_string(exchange.status) : exchange.code;
   if (exchange.status >= kRefused && !refusals_.admit(reason)) return;
-  nlohmann::ordered_json fields = {
-      {"id", exchange.request_id}, {"method", exchange.method},   {"path", without_secrets(without_signature(exchange.target))},
-      {"status", exchange.status}, {"bytes", exchange.bytes_out}, {"ms", std::round(exchange.seconds * 1e4) / 10},
-      {"remote", exchange.remote}};
+  nlohmann::ordered_json fields = {{"id", exchange.request_id},
+                                   {"method", exchange.method},
+                                   {"path", without_secrets(without_signature(exchange.target))},
+                                   {"status", exchange.status},
+                                   {"bytes", exchange.bytes_out},
+                                   {"ms", std::round(exchange.seconds * 1e4) / 10},
+                                   {"remote", exchange.remote}};
   if (!exchange.key.empty()) fields["key"] = exchange.key;
   if (!exchange.code.empty()) fields["code"] = exchange.code;
   log_event(spdlog::level::info, "request", fields);
