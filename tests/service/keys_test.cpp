@@ -195,7 +195,8 @@ TEST_F(Keys, ReadMetricsOnlyWhenAllowed) {
 TEST_F(Keys, AreNeverLogged) {
   call("GET", "/v1/jobs", alice_.bearer());
   call("GET", "/v1/jobs?key=" + alice_.text + "&auth=Bearer%20" + bob_.text);
-  call("GET", "/" + bob_.text, {{"X-Request-Id", "a-key-in-the-path"}});
+  // Of the refusals of strangers, which others of these tests bring by the dozen, the log keeps only some.
+  call("GET", "/" + bob_.text, alice_.with({{"X-Request-Id", "a-key-in-the-path"}}));
   ASSERT_TRUE(eventually([] { return server_->log().find("a-key-in-the-path") != std::string::npos; }));
   const std::string log = server_->log();
   for (const auto& key : {alice_, bob_, operator_}) {
