@@ -55,6 +55,8 @@ LinkSigner LinkSigner::of_folder(const std::filesystem::path& folder) {
   return LinkSigner(std::move(secret));
 }
 
+std::string LinkSigner::key_of(const Query& query) { return link_field(query, kKey); }
+
 std::string LinkSigner::signature(std::string_view path, const Query& query) const {
   const std::string text = signed_text(path, query);
   std::array<unsigned char, 32> code{};

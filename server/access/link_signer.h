@@ -25,6 +25,9 @@ class LinkSigner {
   /// \throw crease::Error store_unavailable
   static LinkSigner of_folder(const std::filesystem::path& folder);
 
+  /// The id of the key that made a link; empty for none.
+  static std::string key_of(const Query& query);
+
   std::string signature(std::string_view path, const Query& query) const;
 
   /// \throw crease::Error link_invalid for another path, query or signature than were signed, link_expired

@@ -1,7 +1,5 @@
 #include "server/api/links.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <chrono>
 
@@ -18,19 +16,6 @@ using crease::Error;
 constexpr double kDaySeconds = 86'400;
 // Fields of the query that say what the link is, not what it reads.
 const std::vector<std::string> kOfLink = {"result", "format", "expires_in"};
-
-std::string value_of(const httplib::Params& query, const std::string& name) {
-  const auto found = query.find(name);
-  return found == query.end() ? "" : found->second;
-}
-
-std::string encoded_query(const httplib::Params& query) {
-  std::string text;
-  for (const auto& [name, value] : query) {
-    text += fmt::format("{}{}={}", text.empty() ? "?" : "&", name, httplib::detail::encode_query_param(value));
-  }
-  return text;
-}
 
 /// Answers with the signed address of one part of a job.
 void create_link(Services& services, Call& call) {
@@ -54,7 +39,7 @@ void create_link(Services& services, Call& call) {
   path.replace(path.find("{id}"), 4, call.id);
   if (!format.empty()) path += "." + format;
   query.emplace(LinkSigner::kSignature, services.links.signature(path, query));
-  const nlohmann::ordered_json answer = {{"url", call.exchange.base + path + encoded_query(query)},
+  const nlohmann::ordered_json answer = {{"url", httplib::append_query_params(call.exchange.base + path, query)},
                                          {"expires_at", timestamp(expires * 1000)}};
   call.response.status = 201;
   call.response.set_content(answer.dump(2) + "\n", "application/json");
@@ -102,6 +87,16 @@ bool Route::can_be_linked() const {
   return std::ranges::find(link_targets(), operation, &LinkTarget::operation) != link_targets().end();
 }
 
+void add_link_fields(Route& route) {
+  const auto field = [&](std::string_view name, const std::string& type, const std::string& meaning) {
+    route.query.push_back({std::string(name), type, meaning});
+  };
+  field(LinkSigner::kExpires, "integer", "Of a link: when it expires, in seconds since 1970.");
+  field(LinkSigner::kKey, "string", "Of a link: id of the key that made it.");
+  field(LinkSigner::kSignature, "string", "Of a link: stands for the key.");
+  route.problems.insert(route.problems.end(), {"link_expired", "link_invalid"});
+}
+
 bool is_linked(const Exchange& exchange, const Route* route) {
   return route != nullptr && route->can_be_linked() &&
          query_of(exchange.head).contains(std::string(LinkSigner::kSignature));
@@ -110,7 +105,7 @@ bool is_linked(const Exchange& exchange, const Route* route) {
 void follow_link(const LinkSigner& signer, const Gatekeeper& gate, Exchange& exchange) {
   const httplib::Params query = query_of(exchange.head);
   signer.check(exchange.path, query, std::chrono::system_clock::now());
-  exchange.caller = gate.caller_of(value_of(query, std::string(LinkSigner::kKey)));
+  exchange.caller = gate.caller_of(LinkSigner::key_of(query));
   if (gate.keyed() && exchange.caller.key == nullptr) {
     throw Error("link_invalid", "the key that made the link is not valid any more");
   }

@@ -16,6 +16,9 @@ const std::vector<LinkTarget>& link_targets();
 /// Makes signed addresses of single parts of a job.
 std::vector<Route> link_routes();
 
+/// Adds what a route has that can be linked: the fields of a link, and its problems.
+void add_link_fields(Route& route);
+
 /// Lets a request in whose query is signed: it is a call of the key that made the link.
 /// \throw crease::Error link_invalid, also when that key is revoked, link_expired
 void follow_link(const LinkSigner& signer, const Gatekeeper& gate, Exchange& exchange);

@@ -94,14 +94,6 @@ void check_value(const QueryField& field, const std::string& value) {
   }
 }
 
-/// Adds what a route has that can be linked: the fields of a link, and its problems.
-void add_link_fields(Route& route) {
-  route.query.push_back({"expires", "integer", "Of a link: when it expires, in seconds since 1970."});
-  route.query.push_back({"key", "string", "Of a link: id of the key that made it."});
-  route.query.push_back({"signature", "string", "Of a link: stands for the key."});
-  route.problems.insert(route.problems.end(), {"link_expired", "link_invalid"});
-}
-
 std::vector<Route> make_routes() {
   std::vector<Route> all;
   for (auto&& part : {submit_routes(), job_routes(), event_routes(), result_routes(), link_routes(), service_routes(),

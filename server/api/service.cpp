@@ -32,10 +32,13 @@ void get_metrics(Services& services, Call& call) {
 }
 
 void get_openapi(Services& services, Call& call) {
+  const std::string type = "application/vnd.oai.openapi+json;version=3.1";
   static const nlohmann::ordered_json document = openapi_document(services.parameters);
-  auto answer = document;
-  if (!call.exchange.base.empty()) answer["servers"][0]["url"] = call.exchange.base;
-  answer_json(call, answer, "application/vnd.oai.openapi+json;version=3.1");
+  static const std::string text = document.dump(2) + "\n";
+  if (call.exchange.base.empty()) return call.response.set_content(text, type);
+  auto below = document;
+  below["servers"][0]["url"] = call.exchange.base;
+  answer_json(call, below, type);
 }
 
 }  // namespace

@@ -42,10 +42,6 @@ Needs needs_of(const crease::v1::InputFacts& input, std::uint32_t sweeps) {
   return needs;
 }
 
-std::chrono::milliseconds inspection_time(std::uint64_t bytes) {
-  return std::chrono::milliseconds(bytes / kBytesPerMs);
-}
-
-std::chrono::milliseconds encoding_time(std::uint64_t bytes) { return std::chrono::milliseconds(bytes / kBytesPerMs); }
+std::chrono::milliseconds reading_time(std::uint64_t bytes) { return std::chrono::milliseconds(bytes / kBytesPerMs); }
 
 }  // namespace creased

@@ -19,8 +19,7 @@ struct Needs {
 };
 
 /// About how long it takes to check an upload, or to encode a stored result, of so many bytes; only comparable.
-std::chrono::milliseconds inspection_time(std::uint64_t bytes);
-std::chrono::milliseconds encoding_time(std::uint64_t bytes);
+std::chrono::milliseconds reading_time(std::uint64_t bytes);
 
 Needs needs_of(const crease::v1::InputFacts& input, std::uint32_t sweeps);
 

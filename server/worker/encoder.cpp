@@ -24,7 +24,7 @@ v1::ComputeTask task_of(const Encoder::Options& options, const v1::EncodeTask& e
 bool Encoder::encode(const TaskPool::Asker& asker, const v1::EncodeTask& task, int source, std::uint64_t source_bytes,
                      int target) {
   const std::array files{source, target};
-  const auto outcome = pool_.run(asker, task_of(options_, task), files, encoding_time(source_bytes), options_.timeout);
+  const auto outcome = pool_.run(asker, task_of(options_, task), files, reading_time(source_bytes), options_.timeout);
   if (outcome.left) return false;
   TaskPool::event_of(outcome, v1::ComputeEvent::kEncoded, code::kEncodingFailed, "making the file");
   return true;

@@ -30,7 +30,7 @@ Inspection Inspector::inspect(const Upload& upload) {
                    weights = upload.weights.empty() ? Descriptor() : open_to_read(upload.weights);
   std::vector<int> files{file.get()};
   if (weights.open()) files.push_back(weights.get());
-  const auto work = inspection_time(std::filesystem::file_size(upload.mesh));
+  const auto work = reading_time(std::filesystem::file_size(upload.mesh));
   const auto outcome = pool_.run({.owner = upload.owner}, task, files, work, options_.timeout);
   const auto& event =
       TaskPool::event_of(outcome, v1::ComputeEvent::kInspected, code::kInspectionFailed, "checking the mesh");
