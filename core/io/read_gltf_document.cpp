@@ -6,6 +6,7 @@
 
 #include "core/base/text.h"
 #include "core/io/base64.h"
+#include "core/io/gltf_compressed.h"
 #include "core/io/text_cursor.h"
 
 namespace crease::gltf {
@@ -13,6 +14,7 @@ namespace {
 
 constexpr std::uint32_t kJsonChunk = 0x4e4f534a;
 constexpr std::uint32_t kBinaryChunk = 0x004e4942;
+constexpr const char* kMeshopt = "EXT_meshopt_compression";
 
 Component component_member(const Json& object, const std::string& place) {
   const std::size_t value = size_member(object, "componentType", place);
@@ -61,7 +63,21 @@ bool moves_no_vertex(std::string_view extension) {
 }
 
 /// The reader knows what these do to positions and faces.
-bool is_read(std::string_view extension) { return extension == "KHR_mesh_quantization"; }
+bool is_read(std::string_view extension) { return extension == "KHR_mesh_quantization" || extension == kMeshopt; }
+
+/// An extension of an object, or null. \throw Error mesh_syntax with `place`
+const Json* find_extension(const Json& object, const char* name, const std::string& place) {
+  const Json* extensions = find_member(object, "extensions", place);
+  return extensions == nullptr ? nullptr : find_member(*extensions, name, place);
+}
+
+/// Whether a buffer stands for data that is there in compressed form only.
+bool is_fallback(const Json& buffer, const std::string& place) {
+  const Json* compression = find_extension(buffer, kMeshopt, place);
+  if (compression == nullptr) return false;
+  const Json* fallback = find_member(*compression, "fallback", place);
+  return fallback != nullptr && *fallback == true;
+}
 
 }  // namespace
 
@@ -85,6 +101,7 @@ Document::Document(std::string_view bytes) : file_size_(bytes.size()) {
   if (is_binary_) {
     read_chunks(bytes);
   } else {
+    json_text_ = bytes;
     root_ = parse_json(bytes, 0);
   }
   check_versions();
@@ -115,7 +132,8 @@ void Document::read_chunks(std::string_view bytes) {
     const std::size_t offset = cursor.offset();
     const std::string_view chunk(cursor.take(size), size);
     if (!has_json) {
-      root_ = parse_json(chunk.substr(0, chunk.find_last_not_of('\0') + 1), offset);
+      json_text_ = chunk.substr(0, chunk.find_last_not_of('\0') + 1);
+      root_ = parse_json(json_text_, offset);
       has_json = true;
     } else if (type == kBinaryChunk && !binary_chunk_) {
       binary_chunk_ = chunk;
@@ -152,7 +170,7 @@ void Document::load_buffers() {
     Json& buffer = root_["buffers"][i];
     const std::size_t length = size_member(buffer, "byteLength", place);
     const std::string_view data = buffer_data(i, buffer, place);
-    if (length > data.size()) {
+    if (length > data.size() && !is_fallback(buffer, place)) {
       throw Error(code::kMeshCountMismatch,
                   fmt::format("byteLength is {}, but the buffer has {} bytes", length, data.size()), place);
     }
@@ -164,6 +182,7 @@ std::string_view Document::buffer_data(std::size_t index, Json& buffer, const st
   const Json* uri = find_member(buffer, "uri", place);
   if (uri == nullptr) {
     if (index == 0 && binary_chunk_) return *binary_chunk_;
+    if (is_fallback(buffer, place)) return {};
     throw Error(code::kMeshUnsupported, "the buffer has no data", place);
   }
   if (!uri->is_string()) throw Error(code::kMeshSyntax, "'uri' must be a string", place);
@@ -215,38 +234,54 @@ Accessor Document::accessor(std::size_t index, const std::string& place) const {
   return accessor;
 }
 
+std::string_view Document::bytes_in_buffer(const Json& view, const std::string& place) const {
+  const std::size_t buffer_index = size_member(view, "buffer", place);
+  if (buffer_index >= buffers_.size()) {
+    throw Error(code::kMeshIndexOutOfRange,
+                fmt::format("buffers[{}] does not exist: there are {}", buffer_index, buffers_.size()), place);
+  }
+  const std::string_view buffer = buffers_[buffer_index];
+  const std::size_t offset = size_member_or(view, "byteOffset", 0, place);
+  const std::size_t length = size_member(view, "byteLength", place);
+  if (offset > buffer.size() || length > buffer.size() - offset) {
+    throw Error(
+        code::kMeshCountMismatch,
+        fmt::format("{} bytes from byte {} on do not fit into a buffer of {} bytes", length, offset, buffer.size()),
+        place);
+  }
+  return buffer.substr(offset, length);
+}
+
+std::string_view Document::view_data(std::size_t index, const Json& view, const std::string& place) const {
+  const Json* compression = find_extension(view, kMeshopt, place);
+  if (compression == nullptr) return bytes_in_buffer(view, place);
+  const auto [known, is_new] = decompressed_.try_emplace(index);
+  if (is_new) {
+    known->second = decode_meshopt(*compression, bytes_in_buffer(*compression, place),
+                                   size_member(view, "byteLength", place), place);
+  }
+  return known->second;
+}
+
 Elements Document::elements(const Json& object, std::size_t count, Component component, std::size_t components,
                             const std::string& place) const {
   const std::size_t view_index = size_member(object, "bufferView", place);
   const Json& view = entry("bufferViews", view_index, place);
   const std::string view_place = fmt::format("bufferView {}", view_index);
-  const std::size_t buffer_index = size_member(view, "buffer", view_place);
-  if (buffer_index >= buffers_.size()) {
-    throw Error(code::kMeshIndexOutOfRange,
-                fmt::format("buffers[{}] does not exist: there are {}", buffer_index, buffers_.size()), view_place);
-  }
-  const std::string_view buffer = buffers_[buffer_index];
-  const std::size_t view_offset = size_member_or(view, "byteOffset", 0, view_place);
-  const std::size_t view_length = size_member(view, "byteLength", view_place);
-  if (view_offset > buffer.size() || view_length > buffer.size() - view_offset) {
-    throw Error(code::kMeshCountMismatch,
-                fmt::format("{} bytes from byte {} on do not fit into a buffer of {} bytes", view_length, view_offset,
-                            buffer.size()),
-                view_place);
-  }
+  const std::string_view data = view_data(view_index, view, view_place);
   const std::size_t element_size = size_of(component) * components;
   const std::size_t stride = size_member_or(view, "byteStride", element_size, view_place);
   if (stride < element_size) throw Error(code::kMeshSyntax, "'byteStride' is smaller than an element", view_place);
   const std::size_t offset = size_member_or(object, "byteOffset", 0, place);
-  const bool fits = count == 0 || (offset <= view_length && view_length - offset >= element_size &&
-                                   count - 1 <= (view_length - offset - element_size) / stride);
+  const bool fits = count == 0 || (offset <= data.size() && data.size() - offset >= element_size &&
+                                   count - 1 <= (data.size() - offset - element_size) / stride);
   if (!fits) {
     throw Error(code::kMeshCountMismatch,
                 fmt::format("{} elements from byte {} on do not fit into a buffer view of {} bytes", count, offset,
-                            view_length),
+                            data.size()),
                 place);
   }
-  return {buffer.data() + view_offset + offset, stride, count, component};
+  return {data.data() + offset, stride, count, component};
 }
 
 void Document::read_sparse(const Json& sparse, Accessor& accessor) const {
@@ -285,6 +320,14 @@ double load_number(const char* at, const Accessor& accessor) {
       break;
   }
   return static_cast<double>(load<float>(at, false));
+}
+
+Eigen::Vector3d load_vector(const char* at, const Accessor& accessor) {
+  if (accessor.elements.component == Component::kFloat) {
+    return {load<float>(at, false), load<float>(at + 4, false), load<float>(at + 8, false)};
+  }
+  const std::size_t size = size_of(accessor.elements.component);
+  return {load_number(at, accessor), load_number(at + size, accessor), load_number(at + 2 * size, accessor)};
 }
 
 std::uint32_t load_unsigned(const char* at, Component component, const std::string& place) {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -52,6 +54,13 @@ class Document {
   /// The number of bytes after the end of a GLB.
   std::size_t trailing_bytes() const { return trailing_bytes_; }
   bool is_binary() const { return is_binary_; }
+  /// The JSON as it stands in the file.
+  std::string_view json_text() const { return json_text_; }
+  const std::vector<std::string_view>& buffers() const { return buffers_; }
+  /// Whether the buffer is the binary chunk of a GLB.
+  bool is_binary_chunk(std::size_t buffer) const {
+    return binary_chunk_ && buffers_.at(buffer).data() == binary_chunk_->data();
+  }
 
   /// An entry of an array of the root. \throw Error mesh_index_out_of_range with `place`, the entry that refers to it
   const Json& entry(const char* array, std::size_t index, const std::string& place) const;
@@ -64,6 +73,9 @@ class Document {
   void check_versions() const;
   void load_buffers();
   std::string_view buffer_data(std::size_t index, Json& buffer, const std::string& place);
+  std::string_view bytes_in_buffer(const Json& view, const std::string& place) const;
+  /// The bytes of a view, decompressed where they are compressed.
+  std::string_view view_data(std::size_t index, const Json& view, const std::string& place) const;
   Elements elements(const Json& object, std::size_t count, Component component, std::size_t components,
                     const std::string& place) const;
   void read_sparse(const Json& sparse, Accessor& accessor) const;
@@ -71,10 +83,12 @@ class Document {
   std::size_t file_size_;
   std::size_t trailing_bytes_ = 0;
   bool is_binary_ = false;
+  std::string_view json_text_;
   Json root_;
   std::optional<std::string_view> binary_chunk_;
   std::deque<std::string> decoded_;
   std::vector<std::string_view> buffers_;
+  mutable std::map<std::size_t, std::string> decompressed_;  ///< by their views, when they are first used
 };
 
 /// Loads an unsigned integer of one component. \throw Error mesh_syntax for other component types
@@ -82,6 +96,9 @@ std::uint32_t load_unsigned(const char* at, Component component, const std::stri
 
 /// Loads one component of the accessor as the number that it represents.
 double load_number(const char* at, const Accessor& accessor);
+
+/// Loads an element of three components.
+Eigen::Vector3d load_vector(const char* at, const Accessor& accessor);
 
 /// Calls `visit(element, bytes)` for every element in order, then for the elements that a sparse accessor replaces.
 template <typename Visit>
