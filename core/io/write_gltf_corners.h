@@ -14,9 +14,9 @@ struct SplitMesh {
 };
 
 /// Splits vertices. Around each vertex, the corners of its faces form fans that end at ridges (label ≥
-/// kRidgeThreshold), boundaries, non-manifold edges, and edges whose faces are wound differently. The normal of a fan
-/// is the area-weighted mean of the normals of its faces. A fan is also split between segments, but its parts have the
-/// same normal. The first part keeps the vertex; the others get copies, in the order of the vertices and their faces.
+/// kRidgeThreshold), boundaries, non-manifold edges, and edges whose faces are wound differently. A fan is also split
+/// between segments. The first part keeps the vertex; the others get copies, in the order of the vertices and their
+/// faces. Normals are those of corner_normals: the parts of one fan have the same.
 SplitMesh split_along_ridges(const LabelledMesh& result);
 
 }  // namespace crease
