@@ -69,7 +69,7 @@ LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& for
   *job.mutable_parameters() = resolve(parameters, &warnings);
 
   const Stopwatch stopwatch;
-  const std::string bytes = read_file(mesh);
+  std::string bytes = read_file(mesh);
   std::optional<std::string> weights_json;
   if (!weights.empty()) weights_json = read_file(weights);
   const CheckedInput input = check_input(bytes, input_format(mesh, format), {}, weights_json);
@@ -96,6 +96,7 @@ LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& for
   local.report = make_report(job, output, decode_seconds);
   local.extras = mesh_extras(job.id(), job.parameters(), input.facts, output.facts);
   local.result = std::move(output.result);
+  local.upload = std::move(bytes);
   return local;
 }
 

@@ -16,6 +16,7 @@ struct LocalJob {
   v1::Job job;
   v1::Report report;
   LabelledMesh result;
+  std::string upload;  ///< the bytes of the mesh file
   nlohmann::ordered_json extras;  ///< of mesh files; the same as the service's, so that the files are identical
 };
 
