@@ -41,6 +41,22 @@ ResultFacts result_facts(const JobSurface& surface, double mean_edge_length, con
   return facts;
 }
 
+/// Warns where single precision rounds off more than a little of the coordinates, as those of maps.
+void warn_of_single_precision(const std::vector<Vec3>& positions, double mean_edge_length,
+                              std::vector<Warning>& warnings) {
+  constexpr double kLittle = 1e-3;  // of the mean edge length
+  double loss = 0;
+  for (const Vec3& position : positions) {
+    loss = std::max(loss, (position - position.cast<float>().cast<double>()).norm());
+  }
+  if (!(loss > kLittle * mean_edge_length)) return;
+  warnings.push_back(
+      {"single_precision_rounds",
+       fmt::format("STL, and originals with coordinates in single precision, round these positions by up "
+                   "to {:.3g} mean edge lengths; the other formats do not",
+                   loss / mean_edge_length)});
+}
+
 /// `sigma` in the upload's units, not empty.
 UncertaintyFacts uncertainty_facts(std::vector<double> sigma, double mean_edge_length) {
   if (mean_edge_length > 0) {
@@ -142,6 +158,7 @@ JobOutput run_job(const CheckedInput& input, const SmoothOptions& options, RunCo
   result.segments = std::move(features.segments);
   result.ridge_lines = std::move(features.ridge_lines);
   result.corners = std::move(features.corners);
+  warn_of_single_precision(result.mesh.positions, input.facts.mean_edge_length, output.warnings);
   output.sweeps = std::move(smoothed.sweeps);
   output.cancelled = smoothed.cancelled;
   if (const std::uint32_t nearby = surface.welded_nearby(); nearby > 0) {

@@ -42,7 +42,9 @@ struct JobOutput {
   LabelledMesh result;
   ResultFacts facts;
   std::vector<SweepRecord> sweeps;
-  std::vector<Warning> warnings;  ///< vertices_welded_nearby, with the number of those within the tolerance
+  /// vertices_welded_nearby, with the number of those within the tolerance; single_precision_rounds, with the loss in
+  /// mean edge lengths
+  std::vector<Warning> warnings;
   bool cancelled = false;
 };
 

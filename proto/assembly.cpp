@@ -108,11 +108,22 @@ std::string encode(const Format& format, const v1::Report& report) {
   return &format == &kProtobuf ? report.SerializeAsString() : json_text(report);
 }
 
-std::string encode_stored(const v1::EncodeTask& task, std::string_view stored) {
+std::string original(const v1::InputFacts& input, std::string_view upload, const LabelledMesh& result) {
+  const auto format = format_from_name(input.format());
+  if (!format || sha256_hex(upload) != input.sha256()) {
+    throw Error("upload_damaged", "the upload is not the one that was accepted: its SHA-256 differs");
+  }
+  return encode_original(upload, *format, result);
+}
+
+std::string encode_stored(const v1::EncodeTask& task, std::string_view stored, std::string_view upload) {
+  const bool measured = task.part() == v1::RESULT_PART_MEASURED;
+  if (task.format() == kOriginal) return original(task.job().input(), upload, stored_result(stored, measured));
   const Format& format = format_of(task, formats_of(task.part()));
   if (task.part() == v1::RESULT_PART_REPORT) return encode(format, parse_stored<v1::Report>(stored));
-  return encode(task.part(), format, stored_result(stored, task.part() == v1::RESULT_PART_MEASURED), task.job(),
-                task.min_label());
+  const LabelledMesh result = stored_result(stored, measured);
+  if (task.ridge_lines() && format.write_with_ridges != nullptr) return format.write_with_ridges(result);
+  return encode(task.part(), format, result, task.job(), task.min_label());
 }
 
 }  // namespace crease

@@ -46,8 +46,13 @@ std::string encode(v1::ResultPart part, const Format& format, const LabelledMesh
                    double min_label = 0);
 std::string encode(const Format& format, const v1::Report& report);
 
-/// The part of a result that `task` names, made from the file `stored` of the job.
-/// \throw Error result_damaged when it cannot be read, not_found when it was stored without the measured positions
-std::string encode_stored(const v1::EncodeTask& task, std::string_view stored);
+/// The upload of a job with the positions of its result. \throw Error upload_damaged, and as encode_original
+std::string original(const v1::InputFacts& input, std::string_view upload, const LabelledMesh& result);
+
+/// The part of a result that `task` names, made from the file `stored` of the job, and of a mesh in the format
+/// "original" from the `upload`.
+/// \throw Error result_damaged when it cannot be read, not_found when it was stored without the measured positions,
+/// upload_damaged, and as encode_original
+std::string encode_stored(const v1::EncodeTask& task, std::string_view stored, std::string_view upload = {});
 
 }  // namespace crease

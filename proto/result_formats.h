@@ -17,6 +17,9 @@ inline constexpr Format kProtobuf = {
     .extensions = {"pb"},
     .write_labels = write_labels_protobuf};
 
+/// The `format=` of a mesh that comes back as the upload's own file, with nothing but positions and normals replaced.
+inline constexpr std::string_view kOriginal = "original";
+
 /// The formats in which each part of a result is handed out, the default first.
 Formats mesh_formats();
 Formats label_formats();

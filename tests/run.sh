@@ -5,7 +5,7 @@
 #   build     the release preset, tests and benchmarks included
 #   unit service quality   the rooms of tests under ctest, one process for each suite
 #   openapi   the OpenAPI document through two linters, and the answers of the service tests against it
-#   gltf      results of the command line through the Khronos validator
+#   gltf      results of the command line through the Khronos validator, originals through glTF-Transform
 #   page      the web page in Chromium; pictures in build/page
 #   lint      formatting and shellcheck
 #   asan      the unit tests under AddressSanitizer and UndefinedBehaviorSanitizer
@@ -72,6 +72,12 @@ run_gltf() {
     "$bin/crease" smooth --local "$mesh" -p sweeps=20 -o "$results/$name.glb" --ridges "$results/$name-ridges.glb"
   done
   npm ci --prefix tests/gltf --no-audit --no-fund
+  node tests/gltf/original.mjs make "$results/scene.glb"
+  for mesh in "$results/scene.glb" "$results/fandisk.glb"; do
+    name=$(basename "$mesh" .glb)-original
+    "$bin/crease" smooth --local "$mesh" -p noise_sigma=0.1 -o "$results/$name.glb"
+    node tests/gltf/original.mjs compare "$mesh" "$results/$name.glb"
+  done
   node tests/gltf/validate.mjs "$results"
 }
 

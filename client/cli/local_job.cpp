@@ -34,7 +34,8 @@ LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& for
   }
   const std::string created_at = utc_now();
   const Stopwatch stopwatch;
-  const std::string bytes = read_file(mesh), name = mesh.filename().string();
+  std::string bytes = read_file(mesh);
+  const std::string name = mesh.filename().string();
   std::optional<std::string> weights_json;
   if (!weights.empty()) weights_json = read_file(weights);
   const CheckedInput input =
@@ -70,6 +71,7 @@ LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& for
   timings.set_smooth_seconds(output.facts.seconds);
   local.report = make_report(job, output, timings);
   local.result = std::move(output.result);
+  local.upload = std::move(bytes);
   return local;
 }
 

@@ -16,6 +16,7 @@ struct LocalJob {
   v1::Job job;
   v1::Report report;
   LabelledMesh result;
+  std::string upload;  ///< the bytes of the mesh file
 };
 
 /// Checks and smooths a mesh as a worker of the service does. An empty `format` is guessed. `weights` names a file with

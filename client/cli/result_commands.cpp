@@ -36,8 +36,8 @@ void deliver(const ResultOptions& options, const std::string& what, const Query&
 }
 
 ExitCode mesh(const ResultOptions& options) {
-  const Format& format = output_format(options.format, options.output);
-  Query query = {{"format", std::string(format.name)}};
+  const bool original = options.format == kOriginal;
+  Query query = {{"format", std::string(original ? kOriginal : output_format(options.format, options.output).name)}};
   if (options.snapshot) query.emplace("snapshot", "true");
   deliver(options, "mesh", query);
   return ExitCode::kOk;
@@ -99,7 +99,9 @@ void add_result_commands(CLI::App& app, Run& run) {
   CLI::App& mesh_command = *app.get_subcommand("mesh");
   mesh_command.add_option("-o,--output", of_mesh->output, "Output file; by default its extension gives the format")
       ->required();
-  mesh_command.add_option("--format", of_mesh->format, "Format: " + name_list(mesh_formats()));
+  mesh_command.add_option(
+      "--format", of_mesh->format,
+      "Format: " + name_list(mesh_formats()) + ", or original: the uploaded file with new positions and normals");
   mesh_command.add_flag("--snapshot", of_mesh->snapshot, "While the job is running, get its latest intermediate mesh");
 
   const auto of_labels = add_result_command(app, run, "labels", "Print or download the ridge labels of a job", labels);

@@ -39,15 +39,21 @@ const Format& format_by_extension(const std::filesystem::path& path, const Forma
 /// Formats and parameters, checked before any work is done.
 struct Plan {
   v1::Parameters parameters;
-  const Format& format;
+  const Format* format;  ///< null for the input's own file
   const Format& label_format;
   const Format& ridge_format;
 };
 
 Plan plan(const SmoothOptionsOfCommand& options) {
-  return {options.parameters.read(), output_format(options.format, options.output),
+  return {options.parameters.read(),
+          options.format == kOriginal ? nullptr : &output_format(options.format, options.output),
           format_by_extension(options.labels, label_formats(), "labels"),
           format_by_extension(options.ridges, ridge_formats(), "ridge lines")};
+}
+
+/// Whether the mesh is written as the input's own file: by default, where that has the format of the output.
+bool writes_original(const SmoothOptionsOfCommand& options, const Plan& plan, const v1::Job& job) {
+  return plan.format == nullptr || (options.format.empty() && job.input().format() == plan.format->name);
 }
 
 Json smooth_locally(const SmoothOptionsOfCommand& options, const Plan& plan, ProgressBar& bar,
@@ -58,7 +64,9 @@ Json smooth_locally(const SmoothOptionsOfCommand& options, const Plan& plan, Pro
   const auto part = [&](v1::ResultPart what, const Format& format) {
     return encode(what, format, local.result, local.job);
   };
-  write_file(options.output, part(v1::RESULT_PART_MESH, plan.format));
+  write_file(options.output, writes_original(options, plan, local.job)
+                                 ? original(local.job.input(), local.upload, local.result)
+                                 : part(v1::RESULT_PART_MESH, *plan.format));
   if (!options.labels.empty()) write_file(options.labels, part(v1::RESULT_PART_LABELS, plan.label_format));
   if (!options.ridges.empty()) write_file(options.ridges, part(v1::RESULT_PART_RIDGES, plan.ridge_format));
   if (!options.report.empty()) write_file(options.report, encode(*report_formats().front(), local.report));
@@ -97,7 +105,9 @@ Json smooth_remotely(const SmoothOptionsOfCommand& options, const Plan& plan, Pr
   Json job = follow_or_cancel(client, options, id, bar);
   require_success(job);
   const std::string path = "/v1/jobs/" + id;
-  client.download(path + "/mesh", {{"format", std::string(plan.format.name)}}, options.output);
+  const bool original = writes_original(options, plan, from_json<v1::Job>(job));
+  const std::string format(original ? kOriginal : plan.format->name);
+  client.download(path + "/mesh", {{"format", format}}, options.output);
   if (!options.labels.empty()) {
     client.download(path + "/labels", {{"format", std::string(plan.label_format.name)}}, options.labels);
   }
@@ -138,7 +148,10 @@ void add_smooth_command(CLI::App& app, Run& run) {
   command.add_option("input", options->input, "Noisy mesh: " + name_list(formats_with(&Format::read)))->required();
   command.add_option("-o,--output", options->output, "Output file; by default its extension gives the format")
       ->required();
-  command.add_option("--format", options->format, "Format of the output: " + name_list(formats_with(&Format::write)));
+  command.add_option("--format", options->format,
+                     "Format of the output: " + name_list(formats_with(&Format::write)) +
+                         ", or original: the input's own file with new positions and normals, the default where the "
+                         "input has the format of the output's extension");
   command.add_option("--input-format", options->input_format,
                      "Format of the input; by default it is guessed from the name, then the bytes");
   command.add_option("--labels", options->labels,

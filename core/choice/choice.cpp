@@ -63,10 +63,13 @@ class Choice {
 
   using Errors = std::array<double, kSettings.size()>;
 
-  /// The setting with the smallest expected error, among those for the surface that the user names.
+  /// The setting with the smallest expected error, among those for the surface that the user names. In a near tie an
+  /// organic setting wins: the comparison of risks that follows makes it better than the model expects.
   Setting choose() {
+    constexpr double kNearTie = 0.02;
     Errors errors = expected_log_errors(features_of(trial_mesh(), evidence_));
     for (std::size_t i = 0; i < errors.size(); ++i) {
+      if (kSettings[i].family.name == kOrganicFamily.name) errors[i] -= kNearTie;
       if (options_.surface && kSettings[i].family.name != *options_.surface) {
         errors[i] = std::numeric_limits<double>::infinity();
       }

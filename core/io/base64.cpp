@@ -1,5 +1,6 @@
 #include "core/io/base64.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -8,10 +9,11 @@ namespace {
 
 constexpr std::uint8_t kNoDigit = 0xff;
 
+constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
 constexpr std::array<std::uint8_t, 256> make_digits() {
   std::array<std::uint8_t, 256> digits{};
   digits.fill(kNoDigit);
-  constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   for (std::size_t i = 0; i < kAlphabet.size(); ++i) {
     digits[static_cast<unsigned char>(kAlphabet[i])] = static_cast<std::uint8_t>(i);
   }
@@ -41,6 +43,19 @@ std::optional<std::string> decode_base64(std::string_view text) {
     bytes.push_back(static_cast<char>((bits >> filled) & 0xffU));
   }
   return bytes;
+}
+
+std::string encode_base64(std::string_view bytes) {
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t bits = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      bits = (bits << 8U) | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    for (unsigned k = 0; k < 4; ++k) text += k <= count ? kAlphabet[(bits >> (18 - 6 * k)) & 0x3fU] : '=';
+  }
+  return text;
 }
 
 }  // namespace crease

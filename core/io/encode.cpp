@@ -14,4 +14,12 @@ std::string encode_mesh(const LabelledMesh& result, MeshFormat format, const nlo
   return row.write(result, extras);
 }
 
+std::string encode_original(std::string_view upload, MeshFormat format, const LabelledMesh& result) {
+  const Format& row = format_row(format);
+  if (row.patch == nullptr) {
+    throw Error(code::kOutputFormatUnknown, fmt::format("{} meshes cannot be returned as the original", row.title));
+  }
+  return row.patch(upload, result);
+}
+
 }  // namespace crease

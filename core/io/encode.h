@@ -14,4 +14,8 @@ namespace crease {
 ///        mesh_no_faces
 std::string encode_mesh(const LabelledMesh& result, MeshFormat format, const nlohmann::ordered_json& extras = {});
 
+/// The upload, which is in `format`, with the positions of the result: see Format::patch.
+/// \throw Error mesh_unsupported for what the file's own types cannot hold, mesh_count_mismatch for another upload
+std::string encode_original(std::string_view upload, MeshFormat format, const LabelledMesh& result);
+
 }  // namespace crease

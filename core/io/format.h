@@ -26,8 +26,9 @@ struct MeshContent {
   /// Weights of the likelihood, one per vertex; empty if the file has none. They come from PLY's vertex property
   /// `weight` or glTF's attribute `_WEIGHT` (primitives without the attribute count as 1).
   std::vector<double> weights;
-  /// Codes: polygons_triangulated, vertices_welded, stl_vertices_welded, source_ignored, trailing_bytes,
-  /// elements_skipped, statements_skipped, primitives_skipped. Each cause is reported once, with a count.
+  /// Codes: polygons_triangulated, polygons_not_tiled, faces_skipped, vertices_welded, stl_vertices_welded,
+  /// facet_count_replaced, source_ignored, weights_unusual, trailing_bytes, elements_skipped, statements_skipped,
+  /// primitives_skipped, attributes_dropped. Each cause is reported once, with a count.
   std::vector<Warning> warnings;
 };
 
@@ -83,6 +84,13 @@ struct Format {
 
   /// Writes the mesh, and whatever else of the result the format can hold. \throw Error mesh_unsupported, mesh_no_faces
   std::string (*write)(const LabelledMesh& result, const nlohmann::ordered_json& extras) = nullptr;
+
+  /// Writes the mesh with its ridges as lines, where these are optional in the format.
+  std::string (*write_with_ridges)(const LabelledMesh& result) = nullptr;
+
+  /// Writes the upload again, with the positions of the result; normals, where the upload has them, are recomputed. All
+  /// else stays. `upload` must be what `read` made the mesh of. \throw Error mesh_unsupported, mesh_count_mismatch
+  std::string (*patch)(std::string_view upload, const LabelledMesh& result) = nullptr;
 
   /// Writes the edges whose label is at least `min_label`.
   std::string (*write_labels)(const LabelledMesh& result, double min_label) = nullptr;

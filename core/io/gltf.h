@@ -34,6 +34,12 @@ std::string write_glb(const LabelledMesh& result, const nlohmann::ordered_json& 
 /// Writes the JSON of write_glb with its buffer embedded as a data URI.
 std::string write_gltf(const LabelledMesh& result, const nlohmann::ordered_json& extras);
 
+/// Writes the upload with the positions of the result, in the frames of the nodes, and its normals recomputed. All else
+/// stays. Positions are in single precision, also where the upload has integers. A mesh that several nodes show
+/// becomes several, because their results differ. \throw Error mesh_unsupported for meshes that Draco has compressed,
+/// for nodes with a flat transform, and as write_glb; mesh_count_mismatch
+std::string patch_gltf(std::string_view upload, const LabelledMesh& result);
+
 /// Writes the ridge lines as GLB: one node with one mesh of one primitive. Its lines run over vertices that no two
 /// ridge lines share, with POSITION, `_SOURCE` (the vertex of the mesh) and `_LINE` (the number of the ridge line).
 /// Without ridge lines the node has no mesh. `extras` goes into asset.extras. \throw Error mesh_unsupported as

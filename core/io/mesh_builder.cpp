@@ -51,6 +51,10 @@ MeshContent MeshBuilder::finish() {
     warn("faces_skipped", fmt::format("skipped {} of fewer than 3 corners; the first is at {}",
                                       counted(skipped_faces_, "face", "faces"), first_skipped_));
   }
+  if (!dropped_.empty()) {
+    warn("attributes_dropped",
+         fmt::format("only format=original keeps these of the file: {}", fmt::join(dropped_, ", ")));
+  }
   std::vector<double> final_weights = std::move(weights());
   return {std::move(mesh_), std::move(final_weights), std::move(warnings_)};
 }

@@ -74,6 +74,11 @@ class MeshBuilder {
     return static_cast<Index>(index);
   }
 
+  /// Notes something that the file has and a mesh has not, for the warning attributes_dropped: "texture coordinates".
+  void drop(std::string_view attribute) {
+    if (std::ranges::find(dropped_, attribute) == dropped_.end()) dropped_.emplace_back(attribute);
+  }
+
   void warn(std::string_view code, std::string detail) { warnings_.push_back({std::string(code), std::move(detail)}); }
 
   Mesh& mesh() { return mesh_; }
@@ -107,6 +112,7 @@ class MeshBuilder {
   std::vector<Polygon> polygons_;
   std::size_t skipped_faces_ = 0;
   std::string first_skipped_;
+  std::vector<std::string> dropped_;
   std::vector<Warning> warnings_;
 };
 

@@ -12,10 +12,28 @@
 namespace crease {
 namespace {
 
-/// Statements that do not describe the shape of the surface.
-constexpr std::array<std::string_view, 17> kAppearance{
-    "vt",     "vn",  "vp",    "g",        "o",        "s",          "mtllib",    "usemtl", "usemap",
-    "maplib", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "mg"};
+/// A statement that does not describe the shape of the surface, and what it gives.
+struct Appearance {
+  std::string_view keyword, gives;
+};
+
+constexpr std::array<Appearance, 17> kAppearance{{{"vt", "texture coordinates"},
+                                                  {"vn", "normals"},
+                                                  {"vp", "parameter space vertices"},
+                                                  {"g", "groups"},
+                                                  {"o", "objects"},
+                                                  {"s", "smoothing groups"},
+                                                  {"mtllib", "materials"},
+                                                  {"usemtl", "materials"},
+                                                  {"usemap", "textures"},
+                                                  {"maplib", "textures"},
+                                                  {"lod", "display attributes"},
+                                                  {"bevel", "display attributes"},
+                                                  {"c_interp", "display attributes"},
+                                                  {"d_interp", "display attributes"},
+                                                  {"shadow_obj", "display attributes"},
+                                                  {"trace_obj", "display attributes"},
+                                                  {"mg", "merging groups"}}};
 
 bool is_index_character(char c) { return (c >= '0' && c <= '9') || c == '/' || c == '-'; }
 
@@ -51,8 +69,18 @@ class ObjReader {
       ++lines_;
     } else if (keyword == "p") {
       ++points_;
-    } else if (std::find(kAppearance.begin(), kAppearance.end(), keyword) == kAppearance.end()) {
+    } else {
+      note_appearance(keyword);
+    }
+  }
+
+  void note_appearance(std::string_view keyword) {
+    const auto known = std::ranges::find(kAppearance, keyword, &Appearance::keyword);
+    if (known == kAppearance.end()) {
       if (unknown_++ == 0) first_unknown_ = printable(keyword);
+    } else if (bool& noted = noted_[static_cast<std::size_t>(known - kAppearance.begin())]; !noted) {
+      noted = true;
+      builder_.drop(known->gives);
     }
   }
 
@@ -61,6 +89,9 @@ class ObjReader {
     const double y = cursor_.number("y");
     const double z = cursor_.number("z");
     builder_.add_vertex(x, y, z, [&] { return cursor_.place(); });
+    if (has_columns_ || cursor_.at_line_end()) return;
+    has_columns_ = true;
+    builder_.drop("vertex colours or other numbers behind positions");
   }
 
   void read_face() {
@@ -124,6 +155,8 @@ class ObjReader {
   std::vector<ForwardFace> forward_;
   std::size_t lines_ = 0, points_ = 0, unknown_ = 0;
   std::string first_unknown_;
+  std::array<bool, kAppearance.size()> noted_{};
+  bool has_columns_ = false;
 };
 
 }  // namespace
@@ -141,6 +174,15 @@ std::string write_obj(const Mesh& mesh) {
   std::string text = reserved_text(mesh);
   append_positions(text, mesh, "v ");
   append_faces(text, mesh, "f ", 1);
+  return text;
+}
+
+std::string write_obj_with_ridges(const LabelledMesh& result) {
+  std::string text = write_obj(result.mesh);
+  for (std::size_t edge = 0; edge < result.edges.size(); ++edge) {
+    if (!is_ridge(result.labels[edge])) continue;
+    text += fmt::format("l {} {}\n", result.edges[edge].v0 + 1, result.edges[edge].v1 + 1);
+  }
   return text;
 }
 

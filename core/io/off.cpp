@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include "core/base/text.h"
+#include "core/io/corner_normals.h"
 #include "core/io/mesh_builder.h"
 #include "core/io/text_cursor.h"
+#include "core/io/text_patch.h"
 #include "core/io/write_text.h"
 
 namespace crease {
@@ -17,6 +19,7 @@ constexpr std::size_t kLeastFaceBytes = 2;    // "0\n"
 struct Keyword {
   bool found = false;
   bool has_other_dimensions = false;
+  bool has_normals = false;
   std::size_t length = 0;
 };
 
@@ -29,11 +32,12 @@ Keyword keyword_of(std::string_view word) {
   if (prefix.find_first_not_of("stcn4") != std::string_view::npos) return {};
   if (rest.find_first_not_of("0123456789") != std::string_view::npos) return {};
   const bool n_dimensions = word.substr(0, at).ends_with('n') && word.substr(at).starts_with("OFF");
-  return {true, n_dimensions || prefix.find('4') != std::string_view::npos, at + 3};
+  return {true, n_dimensions || prefix.find('4') != std::string_view::npos, prefix.find('n') != std::string_view::npos,
+          at + 3};
 }
 
 /// Skips the keyword if there is one. The columns of what it announces stand after the position.
-void read_keyword(TextCursor& cursor) {
+Keyword read_keyword(TextCursor& cursor) {
   TextCursor ahead = cursor;
   const std::string_view word = ahead.word();
   const Keyword keyword = keyword_of(word);
@@ -41,7 +45,7 @@ void read_keyword(TextCursor& cursor) {
     if (lower(word).ends_with("off")) {
       cursor.fail(code::kMeshSyntax, "expected the keyword OFF, found '" + printable(word) + "'");
     }
-    return;
+    return keyword;
   }
   if (keyword.has_other_dimensions) cursor.fail(code::kMeshUnsupported, "only OFF with 3 dimensions is supported");
   if (keyword.length == word.size()) {
@@ -50,6 +54,7 @@ void read_keyword(TextCursor& cursor) {
   } else {
     cursor.return_into(word, keyword.length);
   }
+  return keyword;
 }
 
 struct Counts {
@@ -80,6 +85,7 @@ Counts read_counts(TextCursor& cursor) {
 }
 
 void read_vertices(TextCursor& cursor, MeshBuilder& builder, std::size_t count) {
+  bool has_columns = false;
   for (std::size_t i = 0; i < count; ++i) {
     if (!cursor.skip_to_word()) cursor.fail_expected("a vertex");
     const std::size_t line = cursor.line();
@@ -90,12 +96,17 @@ void read_vertices(TextCursor& cursor, MeshBuilder& builder, std::size_t count) 
       cursor.fail(code::kMeshSyntax, "the line goes on behind a vertex that began on an earlier line");
     }
     builder.add_vertex(x, y, z, [&] { return cursor.place(); });
+    if (!has_columns && !cursor.at_line_end()) {
+      has_columns = true;
+      builder.drop("vertex colours, normals or other numbers behind positions");
+    }
     cursor.skip_line();
   }
 }
 
 void read_faces(TextCursor& cursor, MeshBuilder& builder, std::size_t count) {
   std::vector<Index> corners;
+  bool has_colours = false;
   for (std::size_t i = 0; i < count; ++i) {
     if (!cursor.skip_to_word()) cursor.fail_expected("a face");
     const std::size_t size = cursor.count("the number of corners");
@@ -104,6 +115,10 @@ void read_faces(TextCursor& cursor, MeshBuilder& builder, std::size_t count) {
       corners.push_back(builder.checked_index(cursor.integer("a vertex index"), builder.vertices()));
     }
     builder.add_face(corners, [&] { return cursor.place(); });
+    if (!has_colours && !cursor.at_line_end()) {
+      has_colours = true;
+      builder.drop("face colours");
+    }
     cursor.skip_line();
   }
 }
@@ -137,6 +152,25 @@ std::string write_off(const Mesh& mesh) {
   append_positions(text, mesh, "");
   append_faces(text, mesh, "3 ", 0);
   return text;
+}
+
+std::string patch_off(std::string_view upload, const LabelledMesh& result) {
+  TextCursor cursor(upload, {.comment = '#'});
+  cursor.skip_to_word();
+  std::optional<NormalMeans> normals;
+  if (read_keyword(cursor).has_normals) {
+    normals.emplace(result, result.mesh.positions.size());
+    normals->add_vertices();
+  }
+  require_vertices(read_counts(cursor).vertices, result.mesh);
+  TextPatch patch(upload);
+  for (std::size_t vertex = 0; vertex < result.mesh.positions.size(); ++vertex) {
+    patch.replace_next(cursor, result.mesh.positions[vertex]);
+    const std::optional<Vec3> normal = normals ? (*normals)[vertex] : std::nullopt;
+    if (normal && !cursor.at_line_end()) patch.replace_next(cursor, *normal);
+    cursor.skip_line();
+  }
+  return patch.finish();
 }
 
 }  // namespace crease

@@ -16,4 +16,8 @@ MeshContent read_off(std::string_view bytes, const DecodeLimits& limits);
 /// Writes positions as the shortest decimal numbers that read back to the same doubles.
 std::string write_off(const Mesh& mesh);
 
+/// Writes the upload with the positions of the result, and the normals of the vertices, if it has them, recomputed. All
+/// else stays, to the byte. \throw Error mesh_count_mismatch
+std::string patch_off(std::string_view upload, const LabelledMesh& result);
+
 }  // namespace crease

@@ -5,107 +5,15 @@
 #include <numbers>
 
 #include "core/base/text.h"
-#include "core/io/byte_cursor.h"
 #include "core/io/mesh_builder.h"
-#include "core/io/ply_header.h"
+#include "core/io/ply_body.h"
 #include "core/io/write_number.h"
 
 namespace crease {
 namespace {
 
-constexpr std::size_t kLeastAsciiValueBytes = 2;
-
 /// The content of a vertex property: a coordinate (0 to 2), the weight, or something that is skipped.
 enum Slot : std::size_t { kWeight = 3, kOther = 4 };
-
-/// A text body. An element begins on a new line and may go on over several.
-class AsciiBody {
- public:
-  explicit AsciiBody(TextCursor cursor) : cursor_(cursor) {}
-
-  void begin_element() {
-    if (!cursor_.skip_to_word()) cursor_.fail_expected("an element");
-  }
-  void end_element() {
-    if (!cursor_.at_line_end())
-      cursor_.fail(code::kMeshSyntax, "the line has more values than the header has properties");
-    cursor_.skip_line();
-  }
-  double number(PlyType /*type*/) { return cursor_.number_on_any_line("a number"); }
-  std::int64_t integer(PlyType /*type*/) { return cursor_.integer_on_any_line("a vertex index"); }
-  std::size_t length(PlyType /*type*/) { return cursor_.count_on_any_line("a list's length"); }
-  void skip(PlyType /*type*/, std::size_t count) {
-    for (; count != 0; --count) {
-      if (cursor_.word().empty() && (!cursor_.skip_to_word() || cursor_.word().empty())) {
-        cursor_.fail_expected("a value");
-      }
-    }
-  }
-  void require(PlyType /*type*/, std::size_t /*count*/) {}
-  std::string place() const { return cursor_.place(); }
-  std::size_t rest() const { return cursor_.rest() + 1; }  // the last line may lack its line end
-  static std::size_t least_bytes(PlyType /*type*/) { return kLeastAsciiValueBytes; }
-  bool has_trailing() { return cursor_.skip_to_word(); }
-
- private:
-  TextCursor cursor_;
-};
-
-/// A binary body with values of the types in the header.
-class BinaryBody {
- public:
-  BinaryBody(std::string_view bytes, std::size_t offset, bool big_endian) : cursor_(bytes, offset, big_endian) {}
-
-  void begin_element() { start_ = cursor_.offset(); }
-  void end_element() {}
-  double number(PlyType type) {
-    const char* at = cursor_.take(size_of(type));
-    const bool big = cursor_.big_endian();
-    switch (type) {
-      case PlyType::kInt8:
-        return load<std::int8_t>(at, big);
-      case PlyType::kUint8:
-        return load<std::uint8_t>(at, big);
-      case PlyType::kInt16:
-        return load<std::int16_t>(at, big);
-      case PlyType::kUint16:
-        return load<std::uint16_t>(at, big);
-      case PlyType::kInt32:
-        return load<std::int32_t>(at, big);
-      case PlyType::kUint32:
-        return load<std::uint32_t>(at, big);
-      case PlyType::kFloat32:
-        return static_cast<double>(load<float>(at, big));
-      case PlyType::kFloat64:
-        break;
-    }
-    return load<double>(at, big);
-  }
-  /// The type must be an integer type; a double holds its values exactly.
-  std::int64_t integer(PlyType type) { return static_cast<std::int64_t>(number(type)); }
-  std::size_t length(PlyType type) {
-    const std::int64_t value = integer(type);
-    if (value < 0) throw Error(code::kMeshSyntax, fmt::format("a list has the length {}", value), place());
-    return static_cast<std::size_t>(value);
-  }
-  void skip(PlyType type, std::size_t count) { cursor_.take(count * size_of(type)); }
-  void require(PlyType type, std::size_t count) const { ByteCursor(cursor_).take(count * size_of(type)); }
-  std::string place() const { return fmt::format("byte {}", start_); }
-  std::size_t rest() const { return cursor_.rest(); }
-  static std::size_t least_bytes(PlyType type) { return size_of(type); }
-  bool has_trailing() {
-    start_ = cursor_.offset();
-    return cursor_.rest() != 0;
-  }
-
- private:
-  ByteCursor cursor_;
-  std::size_t start_ = 0;  ///< of the current element
-};
-
-bool is_corner_list(const PlyProperty& property) {
-  return property.count_type.has_value() && (property.name == "vertex_indices" || property.name == "vertex_index");
-}
 
 template <typename Body>
 class BodyReader {
@@ -129,6 +37,7 @@ class BodyReader {
       } else if (element.name == "tristrips" && has_corner_list(element)) {
         read_strips(element);
       } else {
+        if (element.count != 0 && !is_ours(element)) builder_.drop("element " + printable(element.name));
         skip_elements(element);
       }
     }
@@ -150,6 +59,20 @@ class BodyReader {
 
   void skip_property(const PlyProperty& property) {
     body_.skip(property.type, property.count_type ? body_.length(*property.count_type) : 1);
+  }
+
+  /// Edges with labels are those of an earlier result, whose place the next one takes.
+  static bool is_ours(const PlyElement& element) {
+    return element.name == "edge" && std::ranges::any_of(element.properties, [](const PlyProperty& property) {
+             return property.name == "label";
+           });
+  }
+
+  void drop_others(const PlyElement& element, std::size_t list) {
+    for (std::size_t k = 0; k < element.properties.size(); ++k) {
+      if (k == list) continue;
+      builder_.drop(printable(element.name) + " property " + printable(element.properties[k].name));
+    }
   }
 
   void skip_elements(const PlyElement& element) {
@@ -188,6 +111,9 @@ class BodyReader {
   void read_vertices(const PlyElement& element) {
     const std::vector<std::size_t> slots = vertex_slots(element);
     builder_.expect_vertices(element.count, least_bytes(element), body_.rest(), element.place);
+    for (std::size_t k = 0; k < slots.size(); ++k) {
+      if (slots[k] == kOther) builder_.drop("vertex property " + printable(element.properties[k].name));
+    }
     const bool weighted = std::find(slots.begin(), slots.end(), kWeight) != slots.end();
     std::array<double, kOther> values{};
     for (std::size_t i = 0; i < element.count; ++i) {
@@ -222,6 +148,7 @@ class BodyReader {
     if (element.count == 0) return;
     const std::size_t list = corner_list(element);
     builder_.expect_faces(element.count, least_bytes(element), body_.rest(), element.place);
+    drop_others(element, list);
     for (std::size_t i = 0; i < element.count; ++i) {
       body_.begin_element();
       for (std::size_t k = 0; k < element.properties.size(); ++k) {
@@ -244,6 +171,7 @@ class BodyReader {
   /// strip are no faces.
   void read_strips(const PlyElement& element) {
     const std::size_t list = corner_list(element);
+    drop_others(element, list);
     for (std::size_t i = 0; i < element.count; ++i) {
       body_.begin_element();
       for (std::size_t k = 0; k < element.properties.size(); ++k) {
@@ -315,9 +243,9 @@ Likeness looks_like_ply(const Sample& sample) {
 MeshContent read_ply(std::string_view bytes, const DecodeLimits& limits) {
   TextCursor cursor(bytes, {});
   const PlyHeader header = read_ply_header(bytes, cursor);
-  if (header.encoding == PlyEncoding::kAscii) return BodyReader(AsciiBody(cursor), header, limits).read();
+  if (header.encoding == PlyEncoding::kAscii) return BodyReader(PlyAsciiBody(cursor), header, limits).read();
   const bool big_endian = header.encoding == PlyEncoding::kBigEndian;
-  return BodyReader(BinaryBody(bytes, header.binary_start, big_endian), header, limits).read();
+  return BodyReader(PlyBinaryBody(bytes, header.binary_start, big_endian), header, limits).read();
 }
 
 std::string write_ply(const LabelledMesh& result, const nlohmann::ordered_json& /*extras*/) {

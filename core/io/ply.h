@@ -19,4 +19,9 @@ MeshContent read_ply(std::string_view bytes, const DecodeLimits& limits);
 /// written.
 std::string write_ply(const LabelledMesh& result, const nlohmann::ordered_json& extras);
 
+/// Writes the upload with the positions of the result, and the normals (nx, ny, nz) of vertices and faces recomputed
+/// where it has them. All else stays, to the byte: encoding, types, other elements and properties. \throw Error
+/// mesh_unsupported if coordinates have an integer type, or do not fit into the type; mesh_count_mismatch
+std::string patch_ply(std::string_view upload, const LabelledMesh& result);
+
 }  // namespace crease

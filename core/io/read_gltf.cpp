@@ -1,11 +1,13 @@
+#include <array>
 #include <cmath>
 #include <map>
 #include <span>
 #include <utility>
 
+#include "core/base/text.h"
 #include "core/io/gltf.h"
+#include "core/io/gltf_layout.h"
 #include "core/io/mesh_builder.h"
-#include "core/io/read_gltf_scene.h"
 #include "core/mesh/position_index.h"
 
 namespace crease {
@@ -17,23 +19,22 @@ using gltf::Json;
 
 enum Mode : std::uint8_t { kTriangles = 4, kStrip = 5, kFan = 6 };
 
-/// The vertices of one POSITION accessor in one instance of a mesh.
-struct VertexRange {
-  std::size_t first = 0;
-  std::size_t count = 0;
-  bool weighted = false;
-};
-
-/// Morph targets of a primitive that move its vertices: the accessor of the moves, and its weight.
-using Morphs = std::vector<std::pair<std::size_t, double>>;
-
 class GltfReader {
  public:
-  GltfReader(std::string_view bytes, const DecodeLimits& limits) : document_(bytes), builder_(limits) {}
+  /// With a layout, tells there what came from where. `document` must outlive this.
+  GltfReader(const gltf::Document& document, const DecodeLimits& limits, GltfLayout* layout)
+      : document_(document), builder_(limits), layout_(layout) {}
 
   MeshContent read() {
-    for (const gltf::MeshInstance& instance : mesh_instances(document_)) read_instance(instance);
+    std::vector<gltf::MeshInstance> instances = mesh_instances(document_);
+    for (instance_ = 0; instance_ < instances.size(); ++instance_) read_instance(instances[instance_]);
+    if (layout_ != nullptr) layout_->triangles = builder_.mesh().triangles;
     share_vertices();
+    note_dropped();
+    if (layout_ != nullptr) {
+      layout_->instances = std::move(instances);
+      layout_->vertex_of = std::move(vertex_of_);
+    }
     if (skipped_ != 0) {
       builder_.warn("primitives_skipped",
                     "skipped " + counted(skipped_, "primitive", "primitives") + " of points or lines");
@@ -50,8 +51,9 @@ class GltfReader {
     const std::string place = fmt::format("mesh {}", instance.mesh);
     const Json& mesh = document_.entry("meshes", instance.mesh, place);
     ranges_.clear();
-    for (const Json& primitive : gltf::array_member(mesh, "primitives", place)) {
-      read_primitive(primitive, instance, place);
+    const Json& primitives = gltf::array_member(mesh, "primitives", place);
+    for (primitive_ = 0; primitive_ < primitives.size(); ++primitive_) {
+      read_primitive(primitives[primitive_], instance, place);
     }
   }
 
@@ -64,27 +66,21 @@ class GltfReader {
     }
     const Json* attributes = gltf::find_member(primitive, "attributes", place);
     if (attributes == nullptr) throw Error(code::kMeshSyntax, "'attributes' is missing", place);
-    const VertexRange range = read_vertices(*attributes, morphs_of(primitive, instance, place), instance, place);
+    note_attributes(primitive, place);
+    const VertexRange range = read_vertices(*attributes, gltf::morphs_of(primitive, instance, place), instance, place);
     const std::vector<Index> corners = read_corners(primitive, range, place);
     if (mode == kTriangles ? corners.size() % 3 != 0 : corners.size() < 3) {
       throw Error(code::kMeshCountMismatch, fmt::format("{} corners do not make up triangles", corners.size()), place);
     }
+    const std::size_t first_face = builder_.faces();
     add_triangles(corners, static_cast<Mode>(mode), range, instance.transform.linear().determinant() < 0);
-  }
-
-  /// The morph targets that move positions: pairs of accessor and weight.
-  static Morphs morphs_of(const Json& primitive, const gltf::MeshInstance& instance, const std::string& place) {
-    Morphs morphs;
-    const Json& targets = gltf::array_member(primitive, "targets", place);
-    for (std::size_t i = 0; i < std::min(targets.size(), instance.morph_weights.size()); ++i) {
-      const double weight = instance.morph_weights[i];
-      if (weight == 0 || gltf::find_member(targets[i], "POSITION", place) == nullptr) continue;
-      morphs.emplace_back(gltf::size_member(targets[i], "POSITION", place), weight);
+    if (layout_ != nullptr) {
+      layout_->primitives.push_back(
+          {instance_, primitive_, &primitive, range, first_face, builder_.faces() - first_face});
     }
-    return morphs;
   }
 
-  VertexRange read_vertices(const Json& attributes, const Morphs& morphs, const gltf::MeshInstance& instance,
+  VertexRange read_vertices(const Json& attributes, const gltf::Morphs& morphs, const gltf::MeshInstance& instance,
                             const std::string& place) {
     const std::size_t index = gltf::size_member(attributes, "POSITION", place);
     const auto [known, is_new] = ranges_.try_emplace({index, morphs});
@@ -106,7 +102,7 @@ class GltfReader {
     return accessor;
   }
 
-  void read_new_vertices(std::size_t index, const Json& attributes, const Morphs& morphs,
+  void read_new_vertices(std::size_t index, const Json& attributes, const gltf::Morphs& morphs,
                          const gltf::MeshInstance& instance, VertexRange& range, const std::string& place) {
     const Accessor accessor = vectors(index, place);
     range = {builder_.vertices(), accessor.count()};
@@ -117,13 +113,13 @@ class GltfReader {
     if (attributes.contains("_SOURCE")) read_sources(gltf::size_member(attributes, "_SOURCE", place), range, place);
   }
 
-  void read_positions(const Accessor& accessor, const Morphs& morphs, const gltf::MeshInstance& instance,
+  void read_positions(const Accessor& accessor, const gltf::Morphs& morphs, const gltf::MeshInstance& instance,
                       const VertexRange& range) {
     std::vector<Vec3>& positions = builder_.mesh().positions;
     positions.resize(range.first + range.count);
     const std::span<Vec3> read(positions.data() + range.first, range.count);
-    gltf::for_each_element(accessor,
-                           [&](std::size_t element, const char* bytes) { read[element] = vector_at(bytes, accessor); });
+    gltf::for_each_element(
+        accessor, [&](std::size_t element, const char* bytes) { read[element] = gltf::load_vector(bytes, accessor); });
     for (const auto& [target, weight] : morphs) add_morph(target, weight, read, accessor.place);
     if (instance.moved) {
       for (Vec3& position : read) position = instance.transform * position;
@@ -135,15 +131,6 @@ class GltfReader {
     }
   }
 
-  static Vec3 vector_at(const char* bytes, const Accessor& accessor) {
-    if (accessor.elements.component == Component::kFloat) {
-      return {load<float>(bytes, false), load<float>(bytes + 4, false), load<float>(bytes + 8, false)};
-    }
-    const std::size_t size = gltf::size_of(accessor.elements.component);
-    return {gltf::load_number(bytes, accessor), gltf::load_number(bytes + size, accessor),
-            gltf::load_number(bytes + 2 * size, accessor)};
-  }
-
   void add_morph(std::size_t target, double weight, std::span<Vec3> positions, const std::string& place) const {
     const Accessor moves = vectors(target, place);
     if (moves.count() != positions.size()) {
@@ -153,8 +140,8 @@ class GltfReader {
     }
     // A sparse accessor replaces elements, so its values are added at the end.
     std::vector<Vec3> offsets(positions.size());
-    gltf::for_each_element(moves,
-                           [&](std::size_t element, const char* bytes) { offsets[element] = vector_at(bytes, moves); });
+    gltf::for_each_element(
+        moves, [&](std::size_t element, const char* bytes) { offsets[element] = gltf::load_vector(bytes, moves); });
     for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += weight * offsets[i];
   }
 
@@ -244,6 +231,33 @@ class GltfReader {
     }
   }
 
+  /// Notes what the file has beside positions and faces. Of files that creased wrote, the looks are those of results.
+  void note_dropped() {
+    const Json* generator = gltf::find_member(document_.root().at("asset"), "generator", "asset");
+    const bool is_ours = generator != nullptr && generator->is_string() &&
+                         generator->get_ref<const std::string&>().starts_with("creased ");
+    for (const char* array : {"materials", "textures", "animations", "skins", "cameras", "extensionsUsed"}) {
+      const bool is_look = std::string_view(array) == "materials" || std::string_view(array) == "extensionsUsed";
+      if (is_ours && is_look) continue;
+      if (!gltf::array_member(document_.root(), array, array).empty()) {
+        builder_.drop(std::string_view(array) == "extensionsUsed" ? "extensions" : array);
+      }
+    }
+    if (gltf::array_member(document_.root(), "nodes", "nodes").size() > 1) builder_.drop("nodes");
+  }
+
+  /// Notes the attributes of a primitive that results have not, or have anew.
+  void note_attributes(const Json& primitive, const std::string& place) {
+    constexpr std::array<std::string_view, 8> kOfResults{"POSITION", "NORMAL", "_WEIGHT", "_SOURCE",
+                                                         "_LABEL",   "_CLASS", "_SIGMA",  "_SEGMENT"};
+    const Json* attributes = gltf::find_member(primitive, "attributes", place);
+    if (attributes == nullptr || !attributes->is_object()) return;
+    for (const auto& [name, accessor] : attributes->items()) {
+      if (std::ranges::find(kOfResults, name) == kOfResults.end()) builder_.drop("attribute " + printable(name));
+    }
+    if (!gltf::array_member(primitive, "targets", place).empty()) builder_.drop("morph targets");
+  }
+
   /// Joins vertices. Files for rendering have a copy of a vertex for each of its normals or texture coordinates;
   /// without joining them, the surface would fall apart.
   void share_vertices() {
@@ -251,7 +265,8 @@ class GltfReader {
       fold_copies();
       return;
     }
-    const std::size_t removed = weld_by_position(builder_.mesh(), builder_.weights());
+    vertex_of_ = weld_by_position(builder_.mesh(), builder_.weights());
+    const std::size_t removed = vertex_of_.size() - builder_.vertices();
     if (removed == 0) return;
     builder_.warn("vertices_welded",
                   "welded " + counted(removed, "vertex", "vertices") + " to earlier ones at exactly the same position");
@@ -261,26 +276,32 @@ class GltfReader {
     Mesh& mesh = builder_.mesh();
     std::vector<double>& weights = builder_.weights();
     for (std::size_t v = originals_.size(); v < mesh.positions.size(); ++v) originals_.push_back(static_cast<Index>(v));
-    std::vector<Index> renumbered(originals_.size(), kNone);
+    vertex_of_.resize(originals_.size());
     Index kept = 0;
     for (std::size_t v = 0; v < originals_.size(); ++v) {
-      if (originals_[v] != v) continue;
-      mesh.positions[kept] = mesh.positions[v];
-      if (!weights.empty()) weights[kept] = weights[v];
-      renumbered[v] = kept++;
+      if (originals_[v] == v) {
+        mesh.positions[kept] = mesh.positions[v];
+        if (!weights.empty()) weights[kept] = weights[v];
+        vertex_of_[v] = kept++;
+      } else {
+        vertex_of_[v] = vertex_of_[originals_[v]];  // an original comes before its copies
+      }
     }
     mesh.positions.resize(kept);
     if (!weights.empty()) weights.resize(kept);
     for (Triangle& triangle : mesh.triangles) {
-      for (Index& corner : triangle) corner = renumbered[originals_[corner]];
+      for (Index& corner : triangle) corner = vertex_of_[corner];
     }
   }
 
-  gltf::Document document_;
+  const gltf::Document& document_;
   MeshBuilder builder_;
+  GltfLayout* layout_;
+  std::size_t instance_ = 0, primitive_ = 0;  ///< being read
   /// Of the current instance, by POSITION accessor and morph targets.
-  std::map<std::pair<std::size_t, Morphs>, VertexRange> ranges_;
+  std::map<std::pair<std::size_t, gltf::Morphs>, VertexRange> ranges_;
   std::vector<Index> originals_;  ///< per vertex, if a _SOURCE names them; may be shorter than the list of vertices
+  std::vector<Index> vertex_of_;  ///< per vertex before they are shared
   std::size_t skipped_ = 0;
 };
 
@@ -295,6 +316,13 @@ Likeness looks_like_gltf(const Sample& sample) {
   return is_gltf ? Likeness::kText : Likeness::kUnlike;
 }
 
-MeshContent read_gltf(std::string_view bytes, const DecodeLimits& limits) { return GltfReader(bytes, limits).read(); }
+MeshContent read_gltf(std::string_view bytes, const DecodeLimits& limits) {
+  const gltf::Document document(bytes);
+  return GltfReader(document, limits, nullptr).read();
+}
+
+MeshContent read_gltf(const gltf::Document& document, const DecodeLimits& limits, GltfLayout& layout) {
+  return GltfReader(document, limits, &layout).read();
+}
 
 }  // namespace crease

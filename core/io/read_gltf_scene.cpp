@@ -69,6 +69,7 @@ class NodeWalk {
       const bool is_skinned = find_member(node, "skin", place) != nullptr;
       MeshInstance& instance = instances_.emplace_back(is_skinned ? MeshInstance() : here);
       instance.mesh = here.mesh;
+      instance.node = pending.node;
       instance.morph_weights = morph_weights(document_, node, here.mesh, place);
     }
     push_children(array_member(node, "children", place), here, place);
@@ -87,6 +88,17 @@ class NodeWalk {
 };
 
 }  // namespace
+
+Morphs morphs_of(const Json& primitive, const MeshInstance& instance, const std::string& place) {
+  Morphs morphs;
+  const Json& targets = array_member(primitive, "targets", place);
+  for (std::size_t i = 0; i < std::min(targets.size(), instance.morph_weights.size()); ++i) {
+    const double weight = instance.morph_weights[i];
+    if (weight == 0 || find_member(targets[i], "POSITION", place) == nullptr) continue;
+    morphs.emplace_back(size_member(targets[i], "POSITION", place), weight);
+  }
+  return morphs;
+}
 
 std::vector<MeshInstance> mesh_instances(const Document& document) {
   const Json& root = document.root();

@@ -1,11 +1,15 @@
 #include "core/io/stl.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <optional>
 
 #include "core/base/text.h"
 #include "core/io/byte_cursor.h"
+#include "core/io/corner_normals.h"
 #include "core/io/mesh_builder.h"
 #include "core/io/text_cursor.h"
+#include "core/io/text_patch.h"
 #include "core/io/write_number.h"
 #include "core/mesh/position_index.h"
 
@@ -77,6 +81,7 @@ MeshContent read_binary(std::string_view bytes, const DecodeLimits& limits) {
   cursor.take(kHeaderBytes);
   const std::size_t facets = read_facet_count(cursor, stl);
   stl.builder.mesh().triangles.reserve(facets);
+  bool has_attributes = false;
   for (std::size_t i = 0; i < facets; ++i) {
     cursor.take(kNormalBytes);
     Triangle corners{};
@@ -87,9 +92,10 @@ MeshContent read_binary(std::string_view bytes, const DecodeLimits& limits) {
       const float z = cursor.read<float>();
       corner = stl.corner(Vec3(x, y, z), [&] { return fmt::format("byte {}", offset); });
     }
-    cursor.take(2);
+    has_attributes = cursor.read<std::uint16_t>() != 0 || has_attributes;
     stl.builder.add_face(corners, [&] { return cursor.place(); });
   }
+  if (has_attributes) stl.builder.drop("attribute bytes");
   if (cursor.rest() != 0) {
     stl.builder.warn("trailing_bytes", fmt::format("ignored {} after the last facet, from {}",
                                                    counted(cursor.rest(), "byte", "bytes"), cursor.place()));
@@ -104,6 +110,7 @@ class AsciiReader {
   MeshContent read() {
     do {
       expect("solid");
+      if (++solids_ == 2) stl_.builder.drop("solids and their names");
       cursor_.skip_line();
       read_facets();
       cursor_.skip_line();
@@ -156,8 +163,127 @@ class AsciiReader {
 
   TextCursor cursor_;
   StlBuilder stl_;
+  std::size_t solids_ = 0;
   std::vector<Index> corners_;
 };
+
+/// Finds the vertices of a result by the positions of an upload's corners, which come in the order of the file.
+class StlCorners {
+ public:
+  explicit StlCorners(const Mesh& result) : result_(result) {}
+
+  const Vec3& moved(const Vec3& position) {
+    const Index vertex = lookup_.find_or_append(positions_, position);
+    if (vertex >= result_.positions.size()) require_vertices(vertex + 1, result_);
+    return result_.positions[vertex];
+  }
+  /// The normal of the next facet.
+  std::optional<Vec3> next_normal(std::size_t corners) {
+    if (corners < 3) return std::nullopt;
+    const std::size_t first = face_;
+    face_ += corners - 2;
+    if (face_ > result_.triangles.size()) {
+      throw Error(code::kMeshCountMismatch, "the original file has more facets than the result");
+    }
+    return face_normal(result_, first, corners - 2);
+  }
+
+  /// Checks that the file had all of the result.
+  void finish() const {
+    require_vertices(positions_.size(), result_);
+    if (face_ == result_.triangles.size()) return;
+    throw Error(code::kMeshCountMismatch, "the original file has fewer facets than the result");
+  }
+
+ private:
+  const Mesh& result_;
+  PositionIndex lookup_;
+  std::vector<Vec3> positions_;
+  std::size_t face_ = 0;
+};
+
+class StlAsciiPatch {
+ public:
+  StlAsciiPatch(std::string_view upload, const Mesh& result) : cursor_(upload, {}), patch_(upload), corners_(result) {}
+
+  std::string write() {
+    while (cursor_.skip_to_word()) {
+      const std::string_view keyword = cursor_.word();
+      if (equals_ignoring_case(keyword, "normal")) read_normal();
+      if (equals_ignoring_case(keyword, "vertex")) read_vertex();
+      if (equals_ignoring_case(keyword, "endloop")) write_facet();
+      const bool names = equals_ignoring_case(keyword, "solid") || equals_ignoring_case(keyword, "endsolid") ||
+                         equals_ignoring_case(keyword, "end");
+      if (names) cursor_.skip_line();
+    }
+    corners_.finish();
+    return patch_.finish();
+  }
+
+ private:
+  void read_normal() {
+    normal_.clear();
+    while (normal_.size() < 3 && !cursor_.at_line_end()) normal_.push_back(cursor_.word());
+  }
+
+  void read_vertex() {
+    Vec3 position;
+    for (double& coordinate : position) {
+      TextCursor ahead = cursor_;
+      words_.push_back(ahead.word());
+      coordinate = cursor_.number("a coordinate");
+    }
+    positions_.push_back(corners_.moved(position));
+  }
+
+  void write_facet() {
+    const std::optional<Vec3> normal = corners_.next_normal(positions_.size());
+    const bool has_normal = normal_.size() == 3 && std::ranges::any_of(normal_, [](std::string_view word) {
+                              return word.find_first_of("123456789") < std::min(word.find_first_of("eE"), word.size());
+                            });
+    for (std::size_t k = 0; k < 3 && has_normal && normal; ++k) patch_.replace(normal_[k], (*normal)[Eigen::Index(k)]);
+    for (std::size_t i = 0; i < words_.size(); ++i) patch_.replace(words_[i], positions_[i / 3][Eigen::Index(i % 3)]);
+    words_.clear();
+    positions_.clear();
+  }
+
+  TextCursor cursor_;
+  TextPatch patch_;
+  StlCorners corners_;
+  std::vector<std::string_view> normal_, words_;  ///< of the facet
+  std::vector<Vec3> positions_;                   ///< of its corners, from the result
+};
+
+/// Overwrites three floats of `bytes`.
+void overwrite_floats(std::string& bytes, std::size_t offset, const std::array<float, 3>& values) {
+  std::string raw;
+  for (const float value : values) append_little_endian(raw, value);
+  bytes.replace(offset, raw.size(), raw);
+}
+
+std::string patch_binary(std::string_view upload, const Mesh& result) {
+  std::string bytes(upload);
+  StlCorners corners(result);
+  ByteCursor cursor(upload, kHeaderBytes);
+  const std::size_t counted_facets = cursor.read<std::uint32_t>();
+  const std::size_t facets = counted_facets == 0 ? cursor.rest() / kFacetBytes : counted_facets;
+  for (std::size_t facet = 0; facet < facets; ++facet) {
+    const std::size_t start = cursor.offset();
+    Vec3 old_normal;
+    for (double& coordinate : old_normal) coordinate = static_cast<double>(cursor.read<float>());
+    for (std::size_t k = 0; k < 3; ++k) {
+      Vec3 position;
+      const std::size_t offset = cursor.offset();
+      for (double& coordinate : position) coordinate = static_cast<double>(cursor.read<float>());
+      overwrite_floats(bytes, offset, to_single(corners.moved(position), 3 * facet + k));
+    }
+    const std::optional<Vec3> normal = corners.next_normal(3);
+    if (normal && !old_normal.isZero(0)) overwrite_floats(bytes, start, to_single(*normal, facet));
+    cursor.take(2);
+  }
+  corners.finish();
+  return bytes;
+}
 
 std::uint64_t counted_facets_of(std::string_view bytes) {
   return load<std::uint32_t>(bytes.data() + kHeaderBytes, false);
@@ -202,6 +328,10 @@ Likeness looks_like_stl(const Sample& sample) {
 
 MeshContent read_stl(std::string_view bytes, const DecodeLimits& limits) {
   return is_ascii(bytes) ? AsciiReader(bytes, limits).read() : read_binary(bytes, limits);
+}
+
+std::string patch_stl(std::string_view upload, const LabelledMesh& result) {
+  return is_ascii(upload) ? StlAsciiPatch(upload, result.mesh).write() : patch_binary(upload, result.mesh);
 }
 
 std::string write_stl(const Mesh& mesh) {

@@ -17,4 +17,9 @@ MeshContent read_stl(std::string_view bytes, const DecodeLimits& limits);
 /// coordinate does not fit into single precision
 std::string write_stl(const Mesh& mesh);
 
+/// Writes the upload with the positions of the result and the facets' normals recomputed, except those that are 0.
+/// ASCII stays ASCII; header, names, attribute bytes and what follows the last facet stay, to the byte. \throw Error
+/// mesh_unsupported as write_stl, for binary files; mesh_count_mismatch
+std::string patch_stl(std::string_view upload, const LabelledMesh& result);
+
 }  // namespace crease

@@ -84,7 +84,7 @@ void PositionIndex::grow(std::size_t slots, const std::vector<Vec3>& positions) 
   }
 }
 
-std::size_t weld_by_position(Mesh& mesh, std::vector<double>& weights) {
+std::vector<Index> weld_by_position(Mesh& mesh, std::vector<double>& weights) {
   std::vector<Vec3> kept;
   std::vector<Index> index_of(mesh.positions.size());
   PositionIndex lookup;
@@ -94,14 +94,13 @@ std::size_t weld_by_position(Mesh& mesh, std::vector<double>& weights) {
     index_of[vertex] = lookup.find_or_append(kept, mesh.positions[vertex]);
     if (!weights.empty() && kept.size() > before) weights[before] = weights[vertex];
   }
-  const std::size_t removed = mesh.positions.size() - kept.size();
-  if (removed == 0) return 0;
+  if (kept.size() == mesh.positions.size()) return index_of;
   for (Triangle& triangle : mesh.triangles) {
     for (Index& corner : triangle) corner = index_of[corner];
   }
   mesh.positions = std::move(kept);
   if (!weights.empty()) weights.resize(mesh.positions.size());
-  return removed;
+  return index_of;
 }
 
 }  // namespace crease

@@ -39,7 +39,7 @@ class PositionIndex {
 };
 
 /// Merges vertices at exactly the same position. The first of them keeps its place in the order and its weight.
-/// `weights` has one per vertex, or is empty. Returns the number of vertices that were removed.
-std::size_t weld_by_position(Mesh& mesh, std::vector<double>& weights);
+/// `weights` has one per vertex, or is empty. Returns the new number of each vertex.
+std::vector<Index> weld_by_position(Mesh& mesh, std::vector<double>& weights);
 
 }  // namespace crease

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <chrono>
 
-#include "proto/result_formats.h"
 #include "server/api/jobs.h"
+#include "server/api/results.h"
 #include "server/api/routes.h"
 #include "server/store/job_row.h"
 
@@ -45,32 +45,41 @@ void create_link(Services& services, Call& call) {
   call.response.set_content(answer.dump(2) + "\n", "application/json");
 }
 
+/// Adds the fields that reading a part of a result may have, whichever part has them.
+void add_fields_of_results(std::vector<QueryField>& fields) {
+  for (const Route& route : result_routes()) {
+    for (const QueryField& field : route.query) {
+      const auto known = std::ranges::find(fields, field.name, &QueryField::name);
+      if (known == fields.end()) {
+        fields.push_back(field);
+        fields.back().meaning = "As for what the link reads.";
+        continue;
+      }
+      for (const std::string& value : field.values) {
+        if (std::ranges::find(known->values, value) == known->values.end()) known->values.push_back(value);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<Route> link_routes() {
-  std::vector<std::string> formats;
-  for (const auto& of_part :
-       {crease::mesh_formats(), crease::label_formats(), crease::ridge_formats(), crease::report_formats()}) {
-    for (const auto& name : format_names(of_part)) {
-      if (std::ranges::find(formats, name) == formats.end()) formats.push_back(name);
-    }
-  }
   std::vector<std::string> targets;
   for (const auto& target : link_targets()) targets.push_back(target.name);
+  std::vector<QueryField> fields = {{.name = "result",
+                                     .type = "string",
+                                     .meaning = "What the link reads.",
+                                     .values = std::move(targets),
+                                     .required = true}};
+  add_fields_of_results(fields);
+  fields.push_back(
+      {"expires_in", "integer", "Seconds until the link expires; a day by default.", {}, 1, 30.0 * 86'400});
   return {{"POST",
            "/v1/jobs/{id}/links",
            "create_link",
            "Make a link that reads one part of a job without a key, for some time",
-           {{.name = "result",
-             .type = "string",
-             .meaning = "What the link reads.",
-             .values = std::move(targets),
-             .required = true},
-            {"format", "string", "Format of the mesh, the labels, the ridges or the report.", std::move(formats)},
-            {"snapshot", "boolean", "As for the mesh itself."},
-            {"measured", "boolean", "As for the mesh itself."},
-            {"min", "number", "As for the labels themselves.", {}, 0, 1},
-            {"expires_in", "integer", "Seconds until the link expires; a day by default.", {}, 1, 30.0 * 86'400}},
+           std::move(fields),
            {{201, "The link.", {kJson}, "Link"}},
            {"job_not_found", "parameter_invalid", "parameter_out_of_range"},
            create_link}};

@@ -52,9 +52,14 @@ v1::ResultPart message_of(ResultPart part) {
   }
 }
 
+std::string_view format_of(const ResultFile& wanted) {
+  return wanted.original ? crease::kOriginal : wanted.format.name;
+}
+
 std::string name_of(const ResultFile& wanted) {
   const std::string filter = wanted.min_label > 0 ? fmt::format("-{}", wanted.min_label) : "";
-  return fmt::format("{}{}.{}", word_of(wanted.part), filter, wanted.format.name);
+  const std::string lines = wanted.ridge_lines ? "-ridges" : "";
+  return fmt::format("{}{}{}.{}", word_of(wanted.part), filter, lines, format_of(wanted));
 }
 
 /// A snapshot changes, and few ask for a part of the labels or the measured mesh twice.
@@ -66,7 +71,8 @@ v1::EncodeTask task_of(const v1::Job& job, const ResultFile& wanted) {
   v1::EncodeTask task;
   *task.mutable_job() = job;
   task.set_part(message_of(wanted.part));
-  task.set_format(std::string(wanted.format.name));
+  task.set_format(std::string(format_of(wanted)));
+  task.set_ridge_lines(wanted.ridge_lines);
   task.set_min_label(wanted.min_label);
   return task;
 }
@@ -178,7 +184,10 @@ std::shared_ptr<const OpenFile> ResultFiles::encode(const v1::Job& job, const Re
     const Descriptor target(::open(path.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0600));
     if (!target.open()) throw file_failure("create", path);
     const Temporary temporary(path);
-    if (!encoder_.encode(asker, task_of(job, wanted), stored->descriptor.get(), stored->bytes, target.get())) {
+    const auto upload = wanted.original ? open_file(store_.file_path(job.id(), file::kUpload)) : nullptr;
+    if (wanted.original && upload == nullptr) throw Error(code::kUploadDamaged, "the upload of the job has vanished");
+    if (!encoder_.encode(asker, task_of(job, wanted), stored->descriptor.get(), stored->bytes, target.get(),
+                         upload == nullptr ? -1 : upload->descriptor.get())) {
       fail_left();
     }
     auto made = open_file(path);

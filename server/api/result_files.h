@@ -23,7 +23,9 @@ enum class ResultPart { kMesh, kMeasured, kSnapshot, kLabels, kRidges, kReport }
 struct ResultFile {
   ResultPart part;
   const crease::Format& format;
-  double min_label = 0;  ///< of labels: only edges with at least this
+  double min_label = 0;      ///< of labels: only edges with at least this
+  bool original = false;     ///< of meshes: the upload, whose format `format` is, with other positions
+  bool ridge_lines = false;  ///< of meshes: with the ridges as lines, where these are optional
 };
 
 /// The files that results are handed out in. They are encoded on first demand, in confined processes. Those of a whole

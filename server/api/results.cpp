@@ -35,6 +35,25 @@ const Format& wanted_format(Call& call, const crease::Formats& offered) {
   return *offered[*chosen];
 }
 
+/// The format of the upload, for those who ask for the original.
+const Format& uploaded_format(const crease::v1::Job& job) {
+  return crease::format_row(crease::format_from_name(job.input().format()).value());
+}
+
+std::vector<std::string> mesh_format_names() {
+  std::vector<std::string> offered = format_names(crease::mesh_formats());
+  offered.emplace_back(crease::kOriginal);
+  return offered;
+}
+
+/// Whether the query asks for the ridges as lines. \throw Error parameter_invalid for a format without them
+bool wants_ridge_lines(const Call& call, const Format& format, bool original) {
+  const std::string ridges = call.query("ridges");
+  if (ridges.empty()) return false;
+  if (format.write_with_ridges != nullptr && !original) return true;
+  throw Error::parameter("parameter_invalid", "ridges", ridges, "no such field with this format; format=obj has it");
+}
+
 void require_success(const crease::v1::Job& job) {
   if (job.state() == "succeeded") return;
   if (job.state() == "cancelled") throw Error("job_cancelled", "the job was cancelled and has no result");
@@ -56,19 +75,22 @@ std::string disposition(const crease::v1::Job& job, std::string_view part, const
 
 void get_mesh(Services& services, Call& call) {
   const auto job = find_job(services.store, call);
-  const Format& format = wanted_format(call, crease::mesh_formats());
+  const bool original = call.query("format") == crease::kOriginal;
+  const Format& format = original ? uploaded_format(job) : wanted_format(call, crease::mesh_formats());
   const bool snapshot = call.query_flag("snapshot") && !is_terminal(job.state());
   if (!snapshot) require_success(job);
   const bool measured = call.query_flag("measured");
   if (measured && snapshot) {
     throw Error::parameter("parameter_invalid", "measured", "true", "false, or left out, with snapshot=true");
   }
+  const bool lines = wants_ridge_lines(call, format, original);
   const ResultPart part = snapshot ? ResultPart::kSnapshot : measured ? ResultPart::kMeasured : ResultPart::kMesh;
-  const std::string extension(format.extensions.front());
+  const std::string variant =
+      fmt::format("{}{}{}", measured ? "measured-" : "", original ? "original-" : "", lines ? "ridges-" : "");
   send_file(call.exchange, call.response,
-            {.file = services.results.file(job, {part, format}, asker(call)),
+            {.file = services.results.file(job, {part, format, 0, original, lines}, asker(call)),
              .media_type = std::string(format.media_types.front()),
-             .etag = snapshot ? "" : etag(job, (measured ? "measured-" : "") + extension),
+             .etag = snapshot ? "" : etag(job, variant + std::string(format.extensions.front())),
              .disposition = disposition(job, measured ? "measured" : "smooth", format)});
 }
 
@@ -153,8 +175,11 @@ std::vector<Route> result_routes() {
        "Download the smoothed mesh",
        {{"format", "string",
          "Format of the mesh; the path may end in it instead: mesh.glb. By default the Accept header decides, or "
-         "else it is glb.",
-         format_names(crease::mesh_formats())},
+         "else it is glb. 'original' is the uploaded file, in its own format, with nothing but its positions and "
+         "normals replaced; the other formats have the positions and faces and what the job has found, and the warning "
+         "attributes_dropped lists what else the upload has.",
+         mesh_format_names()},
+        {"ridges", "string", "With format=obj: 'lines' adds the ridges as line elements.", {"lines"}},
         {"snapshot", "boolean", "While the job is running, its latest intermediate mesh."},
         {"measured", "boolean",
          "The measured positions in place of the smoothed ones, with the same vertices, faces and splits as the "
@@ -162,7 +187,7 @@ std::vector<Route> result_routes() {
        {{200, "The mesh.", media_types(crease::mesh_formats()), "LabelledMesh"},
         {206, "A range of its bytes.", media_types(crease::mesh_formats()), "LabelledMesh"},
         {304, "The mesh in If-None-Match is current.", {}, ""}},
-       with({"not_acceptable", "range_not_satisfiable", "snapshot_unavailable"}),
+       with({"not_acceptable", "range_not_satisfiable", "snapshot_unavailable", "mesh_unsupported", "upload_damaged"}),
        get_mesh},
       {"GET",
        "/v1/jobs/{id}/labels",

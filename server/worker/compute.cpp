@@ -12,6 +12,7 @@
 #include "proto/convert.h"
 #include "proto/error_table.h"
 #include "proto/parameter_table.h"
+#include "proto/result_formats.h"
 #include "server/worker/channel.h"
 #include "server/worker/compute_run.h"
 #include "server/worker/confinement.h"
@@ -41,7 +42,10 @@ void inspect(const v1::ComputeTask& task, const TaskFiles& files) {
 
 void encode(const v1::EncodeTask& task, const TaskFiles& files) {
   const MappedFile stored(files.upload);
-  if (!write_all(files.output, crease::encode_stored(task, stored.bytes()))) throw write_failure(errno);
+  std::optional<MappedFile> original;
+  if (files.original >= 0) original.emplace(files.original);
+  if (!write_all(files.output, crease::encode_stored(task, stored.bytes(), bytes_of(original).value_or(""))))
+    throw write_failure(errno);
   v1::ComputeEvent event;
   event.set_encoded(true);
   send_message(files.channel, event);
@@ -78,6 +82,7 @@ TaskFiles task_files(const v1::ComputeTask& task, const std::vector<Descriptor>&
   files.weights = take(task.has_weights());
   files.checkpoint = take(task.run().has_checkpoint());
   files.output = take(task.has_encode());
+  files.original = take(task.encode().format() == crease::kOriginal);
   return files;
 }
 

@@ -7,7 +7,7 @@ namespace creased {
 
 /// The descriptors of a confined process; −1 for a file that the task does not have.
 struct TaskFiles {
-  int channel = -1, upload = -1, weights = -1, checkpoint = -1, output = -1;
+  int channel = -1, upload = -1, weights = -1, checkpoint = -1, output = -1, original = -1;
   crease::DecodeLimits limits;
 };
 

@@ -1,3 +1,5 @@
+#include <sstream>
+
 #include "core/io/decode.h"
 #include "core/io/formats.h"
 #include "crease/v1/result.pb.h"
@@ -38,6 +40,45 @@ TEST_F(Results, MeshHasTheUploadsVerticesAndFacesInEveryFormat) {
       EXPECT_EQ(decoded.mesh.triangles, cube(4).triangles);
     }
   }
+}
+
+/// The lines that do not begin with `word`.
+std::vector<std::string> lines_without(const std::string& text, const std::string& word) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) {
+    if (!line.starts_with(word)) lines.push_back(line);
+  }
+  return lines;
+}
+
+TEST_F(Results, TheOriginalIsTheUploadWithOtherPositions) {
+  const std::string upload = "# from a scanner\nmtllib paint.mtl\nvt 0 0\ng one\nusemtl red\n" + small_obj();
+  const auto job = server().wait_for_end(server().submit(upload, "sweeps=3&name=my%20cube.obj")["id"]);
+  const auto original = call("GET", path_of(job) + "/mesh.original");
+  ASSERT_EQ(original.status, 200) << original.body;
+  EXPECT_EQ(original.header("content-type"), "model/obj");
+  EXPECT_NE(original.header("content-disposition").find("my_cube-smooth.obj"), std::string::npos);
+  EXPECT_EQ(lines_without(original.body, "v "), lines_without(upload, "v "));
+  const auto plain = call("GET", path_of(job) + "/mesh.obj");
+  EXPECT_EQ(decode_mesh(original.body, MeshFormat::kObj).mesh.positions,
+            decode_mesh(plain.body, MeshFormat::kObj).mesh.positions);
+  EXPECT_NE(original.header("etag"), plain.header("etag"));
+  EXPECT_EQ(
+      decode_mesh(call("GET", path_of(job) + "/mesh.original?measured=true").body, MeshFormat::kObj).mesh.positions,
+      decode_mesh(upload, MeshFormat::kObj).mesh.positions);
+}
+
+TEST_F(Results, RidgesMayBeLinesOfObj) {
+  const auto lines = call("GET", self() + "/mesh.obj?ridges=lines"), plain = call("GET", self() + "/mesh.obj");
+  ASSERT_EQ(lines.status, 200) << lines.body;
+  EXPECT_EQ(lines_without(lines.body, "l "), lines_without(plain.body, "l "));
+  EXPECT_NE(lines.body.find("\nl "), std::string::npos);
+  EXPECT_EQ(plain.body.find("\nl "), std::string::npos);
+  const auto refused = call("GET", self() + "/mesh.ply?ridges=lines");
+  EXPECT_EQ(refused.status, 400);
+  EXPECT_EQ(refused.json()["code"], "parameter_invalid");
+  EXPECT_EQ(refused.json()["field"], "ridges");
 }
 
 TEST_F(Results, ThePathMayEndInTheFormat) {

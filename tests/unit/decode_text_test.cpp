@@ -27,7 +27,8 @@ TEST(DecodeObj, WeightsColoursSignsAndExponentsAreRead) {
   const DecodedMesh result =
       decoded({"v +1 -2.5e-1 .5 1.0", "v 1E2 0 0 0.1 0.2 0.3", "\tv 1e-400 -0 5.  ", "f 1 2 3"}, MeshFormat::kObj);
   EXPECT_EQ(result.mesh.positions, (std::vector<Vec3>{{1, -0.25, 0.5}, {100, 0, 0}, {0, 0, 5}}));
-  EXPECT_TRUE(result.warnings.empty());
+  ASSERT_EQ(result.warnings.size(), 1U);
+  EXPECT_NE(warning(result, "attributes_dropped").find("colours"), std::string::npos);
 }
 
 TEST(DecodeObj, FacesMayPrecedeTheirVertices) {
@@ -40,9 +41,10 @@ TEST(DecodeObj, MaterialsAreNeverOpenedAndSkippedLinesAreCounted) {
                                       "v 1 0 0", "v 1 1 0", "l 1 2", "l 2 3", "p 1", "curv 0 1", "f 1 2 3", "\x01\xff"},
                                      MeshFormat::kObj);
   EXPECT_EQ(result.mesh.triangles.size(), 1U);
-  ASSERT_EQ(result.warnings.size(), 2U);
+  ASSERT_EQ(result.warnings.size(), 3U);
   EXPECT_NE(warning(result, "elements_skipped").find("2 line elements and 1 point element"), std::string::npos);
   EXPECT_NE(warning(result, "statements_skipped").find("2 statements"), std::string::npos);
+  EXPECT_NE(warning(result, "attributes_dropped").find("materials"), std::string::npos);
 }
 
 TEST(DecodeObj, DegenerateAndDuplicateFacesAndIsolatedVerticesAreKept) {
@@ -133,7 +135,10 @@ void expect_binary_types(const std::array<std::string, 5>& names, bool big) {
   const DecodedMesh result = decode_mesh(bytes, MeshFormat::kPly);
   EXPECT_EQ(result.mesh.positions, (std::vector<Vec3>{{0, 0, 100}, {1, 2, 101}, {2, 4, 102}}));
   EXPECT_EQ(result.mesh.triangles, (std::vector<Triangle>{{2, 1, 0}}));
-  EXPECT_TRUE(result.warnings.empty());
+  ASSERT_EQ(result.warnings.size(), 1U);
+  const std::string dropped = warning(result, "attributes_dropped");
+  for (const char* name : {"vertex property a", "vertex property skipped", "face property weight"})
+    EXPECT_NE(dropped.find(name), std::string::npos) << dropped;
 }
 
 TEST(DecodePly, ScalarsOfEveryTypeAndByteOrderAreRead) {

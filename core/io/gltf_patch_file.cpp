@@ -1,0 +1,200 @@
+#include "core/io/gltf_patch_file.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "core/io/base64.h"
+#include "core/io/write_number.h"
+
+namespace crease {
+namespace {
+
+using gltf::Accessor;
+using gltf::Component;
+using Json = nlohmann::ordered_json;
+
+constexpr int kFloats = 5126, kVertexData = 34962;
+
+/// The vectors as elements of an accessor. Integers are normalised.
+std::string packed(const std::vector<Vec3>& values, Component component) {
+  std::string bytes;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::array<float, 3> vector = to_single(values[i], i);
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (component == Component::kInt8) {
+        append_little_endian(bytes, static_cast<std::int8_t>(std::lround(127 * vector[k])));
+      } else if (component == Component::kInt16) {
+        append_little_endian(bytes, static_cast<std::int16_t>(std::lround(32767 * vector[k])));
+      } else {
+        append_little_endian(bytes, vector[k]);
+      }
+    }
+  }
+  return bytes;
+}
+
+bool holds_vectors(const Accessor& accessor, bool are_positions) {
+  if (accessor.elements.data == nullptr || accessor.sparse_indices.count != 0) return false;
+  const Component component = accessor.elements.component;
+  const bool is_small = component == Component::kInt8 || component == Component::kInt16;
+  return component == Component::kFloat || (!are_positions && accessor.normalized && is_small);
+}
+
+/// Positions must have their extent, in single precision.
+void set_extent(Json& accessor, const std::vector<Vec3>& values) {
+  Eigen::AlignedBox3f box;
+  for (const Vec3& value : values) box.extend(value.cast<float>());
+  accessor["min"] = {box.min().x(), box.min().y(), box.min().z()};
+  accessor["max"] = {box.max().x(), box.max().y(), box.max().z()};
+}
+
+void pad(std::string& bytes, char with) {
+  while (bytes.size() % 4 != 0) bytes += with;
+}
+
+void append_chunk(std::string& file, const std::string& chunk, std::uint32_t type) {
+  append_little_endian(file, static_cast<std::uint32_t>(chunk.size()));
+  append_little_endian(file, type);
+  file += chunk;
+}
+
+}  // namespace
+
+GltfPatchFile::GltfPatchFile(const gltf::Document& document)
+    : document_(document), json_(Json::parse(document.json_text())) {
+  if (json_.contains("meshes")) meshes_ = json_["meshes"];
+}
+
+std::vector<Vec3> GltfPatchFile::vectors(std::size_t index) const {
+  const Accessor accessor = document_.accessor(index, fmt::format("accessor {}", index));
+  if (accessor.components != 3) throw Error(code::kMeshSyntax, "the type must be VEC3", accessor.place);
+  std::vector<Vec3> values(accessor.count());
+  gltf::for_each_element(
+      accessor, [&](std::size_t element, const char* bytes) { values[element] = gltf::load_vector(bytes, accessor); });
+  return values;
+}
+
+std::size_t GltfPatchFile::store(std::size_t index, const std::vector<Vec3>& values, bool are_positions) {
+  const Accessor accessor = document_.accessor(index, fmt::format("accessor {}", index));
+  const Component component = accessor.elements.component;
+  if (!holds_vectors(accessor, are_positions) ||
+      !overwrite(accessor.elements, 3 * size_of(component), packed(values, component))) {
+    return append(index, values, are_positions);
+  }
+  if (are_positions) set_extent(json_["accessors"][index], values);
+  return index;
+}
+
+GltfPatchFile::Copy& GltfPatchFile::copy_of(std::size_t buffer) {
+  Copy& copy = copies_[buffer];
+  if (copy.bytes.empty()) {
+    copy.bytes = document_.buffers()[buffer];
+    copy.written.resize(copy.bytes.size(), false);
+  }
+  return copy;
+}
+
+bool GltfPatchFile::overwrite(const gltf::Elements& elements, std::size_t element_bytes, const std::string& values) {
+  const auto& buffers = document_.buffers();
+  const auto found = std::ranges::find_if(buffers, [&](std::string_view buffer) {
+    return std::less_equal<>()(buffer.data(), elements.data) &&
+           std::less<>()(elements.data, buffer.data() + buffer.size());
+  });
+  if (found == buffers.end()) return false;
+  Copy& copy = copy_of(static_cast<std::size_t>(found - buffers.begin()));
+  const auto start = static_cast<std::size_t>(elements.data - found->data());
+  const auto place_of = [&](std::size_t i) { return start + i / element_bytes * elements.stride + i % element_bytes; };
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (copy.written[place_of(i)] && copy.bytes[place_of(i)] != values[i]) return false;
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    copy.bytes[place_of(i)] = values[i];
+    copy.written[place_of(i)] = true;
+  }
+  return true;
+}
+
+std::size_t GltfPatchFile::buffer_to_extend() const {
+  for (std::size_t buffer = 0; buffer < document_.buffers().size(); ++buffer) {
+    if (document_.is_binary_chunk(buffer) || json_["buffers"][buffer].contains("uri")) return buffer;
+  }
+  throw Error(code::kMeshUnsupported, "the file has no buffer for new positions", "buffers");
+}
+
+std::size_t GltfPatchFile::append(std::size_t index, const std::vector<Vec3>& values, bool are_positions) {
+  const std::size_t buffer = buffer_to_extend();
+  std::string& bytes = copy_of(buffer).bytes;
+  pad(bytes, '\0');
+  const std::string data = packed(values, Component::kFloat);
+  Json accessor = json_["accessors"][index];
+  for (const char* member : {"sparse", "byteOffset", "normalized", "min", "max"}) accessor.erase(member);
+  accessor["bufferView"] = json_["bufferViews"].size();
+  accessor["componentType"] = kFloats;
+  if (are_positions) set_extent(accessor, values);
+  json_["bufferViews"].push_back(
+      {{"buffer", buffer}, {"byteOffset", bytes.size()}, {"byteLength", data.size()}, {"target", kVertexData}});
+  bytes += data;
+  json_["buffers"][buffer]["byteLength"] = bytes.size();
+  json_["accessors"].push_back(std::move(accessor));
+  return json_["accessors"].size() - 1;
+}
+
+void GltfPatchFile::set_mesh(const gltf::MeshInstance& instance, Json mesh) {
+  std::vector<std::size_t>& variants = variants_[instance.mesh];
+  auto found = std::ranges::find_if(variants, [&](std::size_t number) { return json_["meshes"][number] == mesh; });
+  if (found == variants.end()) {
+    if (variants.empty()) {
+      json_["meshes"][instance.mesh] = std::move(mesh);
+      variants.push_back(instance.mesh);
+    } else {
+      variants.push_back(json_["meshes"].size());
+      json_["meshes"].push_back(std::move(mesh));
+    }
+    found = variants.end() - 1;
+  }
+  if (*found != instance.mesh) json_["nodes"][instance.node.value()]["mesh"] = *found;
+}
+
+std::string GltfPatchFile::finish(std::string_view upload) {
+  for (const auto& [buffer, copy] : copies_) {
+    if (document_.is_binary_chunk(buffer)) continue;
+    auto& uri = json_["buffers"][buffer]["uri"];
+    const std::string& old = uri.get_ref<const std::string&>();
+    uri = old.substr(0, old.find(',') + 1) + encode_base64(copy.bytes);
+  }
+  return document_.is_binary() ? finish_glb(upload) : finish_gltf(upload);
+}
+
+std::string GltfPatchFile::finish_gltf(std::string_view upload) const {
+  const bool has_lines = upload.find('\n') < upload.find_last_not_of(" \t\r\n");
+  return json_.dump(has_lines ? 2 : -1) + (upload.ends_with('\n') ? "\n" : "");
+}
+
+std::string GltfPatchFile::finish_glb(std::string_view upload) const {
+  constexpr std::size_t kHeadBytes = 12, kChunkHeadBytes = 8;
+  const auto changed =
+      std::ranges::find_if(copies_, [&](const auto& copy) { return document_.is_binary_chunk(copy.first); });
+  std::string chunks;
+  const std::size_t end = upload.size() - document_.trailing_bytes();
+  for (ByteCursor cursor(upload.substr(0, end), kHeadBytes); cursor.rest() >= kChunkHeadBytes;) {
+    const std::size_t size = cursor.read<std::uint32_t>();
+    const auto type = cursor.read<std::uint32_t>();
+    std::string chunk(cursor.take(size), size);
+    if (chunks.empty()) {
+      chunk = json_.dump();
+      pad(chunk, ' ');
+    } else if (changed != copies_.end() &&
+               upload.data() + (cursor.offset() - size) == document_.buffers()[changed->first].data()) {
+      chunk = changed->second.bytes;
+      pad(chunk, '\0');
+    }
+    append_chunk(chunks, chunk, type);
+  }
+  std::string file(upload.substr(0, 8));
+  append_little_endian(file, static_cast<std::uint32_t>(kHeadBytes + chunks.size()));
+  file += chunks;
+  file += upload.substr(end);
+  return file;
+}
+
+}  // namespace crease
