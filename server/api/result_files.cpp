@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/base/text.h"
 #include "proto/result_formats.h"
 #include "server/base/failure.h"
 
@@ -19,37 +20,10 @@ using crease::Error;
 
 constexpr std::chrono::milliseconds kLookEvery{100};
 
-std::string_view word_of(ResultPart part) {
-  switch (part) {
-    case ResultPart::kMesh:
-      return "mesh";
-    case ResultPart::kMeasured:
-      return "measured";
-    case ResultPart::kSnapshot:
-      return "snapshot";
-    case ResultPart::kLabels:
-      return "labels";
-    case ResultPart::kRidges:
-      return "ridges";
-    case ResultPart::kReport:
-      break;
-  }
-  return "report";
-}
-
-v1::ResultPart message_of(ResultPart part) {
-  switch (part) {
-    case ResultPart::kMeasured:
-      return v1::RESULT_PART_MEASURED;
-    case ResultPart::kLabels:
-      return v1::RESULT_PART_LABELS;
-    case ResultPart::kRidges:
-      return v1::RESULT_PART_RIDGES;
-    case ResultPart::kReport:
-      return v1::RESULT_PART_REPORT;
-    default:
-      return v1::RESULT_PART_MESH;
-  }
+/// "mesh", "measured", …
+std::string word_of(v1::ResultPart part) {
+  constexpr std::string_view kPrefix = "RESULT_PART_";
+  return crease::lower(v1::ResultPart_Name(part).substr(kPrefix.size()));
 }
 
 std::string_view format_of(const ResultFile& wanted) {
@@ -64,13 +38,13 @@ std::string name_of(const ResultFile& wanted) {
 
 /// A snapshot changes, and few ask for a part of the labels or the measured mesh twice.
 bool is_kept(const ResultFile& wanted) {
-  return wanted.part != ResultPart::kSnapshot && wanted.part != ResultPart::kMeasured && wanted.min_label <= 0;
+  return wanted.part != v1::RESULT_PART_SNAPSHOT && wanted.part != v1::RESULT_PART_MEASURED && wanted.min_label <= 0;
 }
 
 v1::EncodeTask task_of(const v1::Job& job, const ResultFile& wanted) {
   v1::EncodeTask task;
   *task.mutable_job() = job;
-  task.set_part(message_of(wanted.part));
+  task.set_part(wanted.part);
   task.set_format(std::string(format_of(wanted)));
   task.set_ridge_lines(wanted.ridge_lines);
   task.set_min_label(wanted.min_label);
@@ -98,7 +72,7 @@ class Temporary {
 
 std::shared_ptr<const OpenFile> ResultFiles::file(const v1::Job& job, const ResultFile& wanted,
                                                   const TaskPool::Asker& asker) {
-  if (wanted.part == ResultPart::kReport && &wanted.format == &crease::kProtobuf) return source(job, wanted.part);
+  if (wanted.part == v1::RESULT_PART_REPORT && &wanted.format == &crease::kProtobuf) return source(job, wanted.part);
   const std::string name = name_of(wanted), key = job.id() + "/" + name;
   for (;;) {
     if (auto kept = is_kept(wanted) ? checked_.open(job.id(), name) : nullptr) return kept;
@@ -167,9 +141,9 @@ std::shared_ptr<const OpenFile> ResultFiles::join(std::unique_lock<std::mutex>& 
   return others.file;
 }
 
-std::shared_ptr<const OpenFile> ResultFiles::source(const v1::Job& job, ResultPart part) {
-  if (part != ResultPart::kSnapshot) {
-    return checked_.require(job.id(), part == ResultPart::kReport ? file::kReport : file::kResult);
+std::shared_ptr<const OpenFile> ResultFiles::source(const v1::Job& job, v1::ResultPart part) {
+  if (part != v1::RESULT_PART_SNAPSHOT) {
+    return checked_.require(job.id(), part == v1::RESULT_PART_REPORT ? file::kReport : file::kResult);
   }
   auto snapshot = open_file(store_.file_path(job.id(), file::kSnapshot));
   if (snapshot == nullptr) throw Error("snapshot_unavailable", "the job has not written a snapshot yet");

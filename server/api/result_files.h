@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/io/formats.h"
+#include "crease/v1/compute.pb.h"
 #include "crease/v1/job.pb.h"
 #include "server/base/durable_file.h"
 #include "server/store/checked_files.h"
@@ -17,11 +18,9 @@
 
 namespace creased {
 
-enum class ResultPart { kMesh, kMeasured, kSnapshot, kLabels, kRidges, kReport };
-
 /// A part of a result in a format.
 struct ResultFile {
-  ResultPart part;
+  crease::v1::ResultPart part;
   const crease::Format& format;
   double min_label = 0;      ///< of labels: only edges with at least this
   bool original = false;     ///< of meshes: the upload, whose format `format` is, with other positions
@@ -58,7 +57,7 @@ class ResultFiles {
                                        const TaskPool::Asker& asker);
   std::shared_ptr<const OpenFile> encode(const crease::v1::Job& job, const ResultFile& wanted,
                                          const TaskPool::Asker& asker);
-  std::shared_ptr<const OpenFile> source(const crease::v1::Job& job, ResultPart part);
+  std::shared_ptr<const OpenFile> source(const crease::v1::Job& job, crease::v1::ResultPart part);
   void keep(const std::string& id, const std::string& name, const std::filesystem::path& path, int made);
 
   Store& store_;

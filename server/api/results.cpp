@@ -12,6 +12,7 @@
 #include "server/transport/file_download.h"
 
 namespace creased {
+namespace v1 = crease::v1;
 namespace {
 
 using crease::Error;
@@ -84,7 +85,9 @@ void get_mesh(Services& services, Call& call) {
     throw Error::parameter("parameter_invalid", "measured", "true", "false, or left out, with snapshot=true");
   }
   const bool lines = wants_ridge_lines(call, format, original);
-  const ResultPart part = snapshot ? ResultPart::kSnapshot : measured ? ResultPart::kMeasured : ResultPart::kMesh;
+  const v1::ResultPart part = snapshot   ? v1::RESULT_PART_SNAPSHOT
+                              : measured ? v1::RESULT_PART_MEASURED
+                                         : v1::RESULT_PART_MESH;
   const std::string variant =
       fmt::format("{}{}{}", measured ? "measured-" : "", original ? "original-" : "", lines ? "ridges-" : "");
   send_file(call.exchange, call.response,
@@ -100,7 +103,7 @@ void get_labels(Services& services, Call& call) {
   const Format& format = named_format(call, crease::label_formats());
   const double min = call.query_number("min", 0);
   send_file(call.exchange, call.response,
-            {.file = services.results.file(job, {ResultPart::kLabels, format, min}, asker(call)),
+            {.file = services.results.file(job, {v1::RESULT_PART_LABELS, format, min}, asker(call)),
              .media_type = std::string(format.media_types.front()),
              .etag = etag(job, fmt::format("labels-{}-{}", min, format.name)),
              .disposition = disposition(job, "labels", format)});
@@ -111,7 +114,7 @@ void get_ridges(Services& services, Call& call) {
   const Format& format = wanted_format(call, crease::ridge_formats());
   require_success(job);
   send_file(call.exchange, call.response,
-            {.file = services.results.file(job, {ResultPart::kRidges, format}, asker(call)),
+            {.file = services.results.file(job, {v1::RESULT_PART_RIDGES, format}, asker(call)),
              .media_type = std::string(format.media_types.front()),
              .etag = etag(job, fmt::format("ridges-{}", format.name)),
              .disposition = disposition(job, "ridges", format)});
@@ -122,7 +125,7 @@ void get_report(Services& services, Call& call) {
   require_success(job);
   const Format& format = named_format(call, crease::report_formats());
   send_file(call.exchange, call.response,
-            {.file = services.results.file(job, {ResultPart::kReport, format}, asker(call)),
+            {.file = services.results.file(job, {v1::RESULT_PART_REPORT, format}, asker(call)),
              .media_type = std::string(format.media_types.front()),
              .etag = "",  // another run of the same job has other timings
              .disposition = disposition(job, "report", format)});

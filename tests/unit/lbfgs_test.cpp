@@ -39,27 +39,27 @@ struct Bowl {
 
 constexpr std::size_t kNumbers = 3 * 10'001;  // not a multiple of any block
 
+/// Where a search from zero ends.
+std::vector<float> end_of(const Bowl& bowl, const LbfgsOptions& options, std::uint32_t threads = 2) {
+  std::vector<float> x(kNumbers, 0);
+  ThreadTeam team(threads);
+  minimize(bowl.function(), x, options, team);
+  return x;
+}
+
 TEST(Lbfgs, FindsTheCentreOfABowl) {
   const Bowl bowl(kNumbers);
-  std::vector<float> x(kNumbers, 0);
-  ThreadTeam team(1);
   LbfgsOptions options;
   options.steps = 100;
-  minimize(bowl.function(), x, options, team);
-  EXPECT_LT(bowl.farthest(x), 1e-2F);
+  EXPECT_LT(bowl.farthest(end_of(bowl, options)), 1e-2F);
 }
 
 TEST(Lbfgs, TheSameBitsForAnyNumberOfThreads) {
   const Bowl bowl(kNumbers);
-  std::vector<std::vector<float>> ends;
-  for (const std::uint32_t threads : {1U, 2U, 5U}) {
-    ThreadTeam team(threads);
-    LbfgsOptions options;
-    options.steps = 12;
-    minimize(bowl.function(), ends.emplace_back(kNumbers, 0.0F), options, team);
-  }
-  EXPECT_EQ(ends[0], ends[1]);
-  EXPECT_EQ(ends[0], ends[2]);
+  LbfgsOptions options;
+  options.steps = 12;
+  const std::vector<float> alone = end_of(bowl, options, 1);
+  for (const std::uint32_t threads : {2U, 5U}) EXPECT_EQ(end_of(bowl, options, threads), alone);
 }
 
 // The first step tells the factor, the second one ends in the centre.
@@ -67,26 +67,20 @@ TEST(Lbfgs, TwoStepsAreEnoughWithTheTrueCurvaturesUpToAFactor) {
   const Bowl bowl(kNumbers);
   std::vector<float> metric;
   for (const float weight : bowl.weights) metric.push_back(17 / weight);
-  std::vector<float> x(kNumbers, 0);
-  ThreadTeam team(2);
   LbfgsOptions options;
   options.steps = 2;
   options.diagonal = &metric;
-  minimize(bowl.function(), x, options, team);
-  EXPECT_LT(bowl.farthest(x), 1e-4F);
+  EXPECT_LT(bowl.farthest(end_of(bowl, options)), 1e-4F);
 }
 
 TEST(Lbfgs, AMetricThatSolvesIsTakenAtItsWord) {
   const Bowl bowl(kNumbers);
-  std::vector<float> x(kNumbers, 0);
-  ThreadTeam team(2);
   LbfgsOptions options;
   options.steps = 1;
   options.solve = [&](std::span<float> step) {
     for (std::size_t i = 0; i < step.size(); ++i) step[i] /= bowl.weights[i];
   };
-  minimize(bowl.function(), x, options, team);
-  EXPECT_LT(bowl.farthest(x), 1e-5F);
+  EXPECT_LT(bowl.farthest(end_of(bowl, options)), 1e-5F);
 }
 
 }  // namespace

@@ -75,33 +75,33 @@ class ResultFilesTest : public StoreTest {
 
 TEST_F(ResultFilesTest, EveryPartHasTheBytesOfALocalRun) {
   for (const auto* format : crease::mesh_formats()) {
-    EXPECT_EQ(bytes_of({ResultPart::kMesh, *format}),
+    EXPECT_EQ(bytes_of({v1::RESULT_PART_MESH, *format}),
               crease::encode(v1::RESULT_PART_MESH, *format, output_.result, job_))
         << format->name;
   }
   for (const auto* format : crease::label_formats()) {
     for (const double min : {0.0, 0.5}) {
-      EXPECT_EQ(bytes_of({ResultPart::kLabels, *format, min}),
+      EXPECT_EQ(bytes_of({v1::RESULT_PART_LABELS, *format, min}),
                 crease::encode(v1::RESULT_PART_LABELS, *format, output_.result, job_, min))
           << format->name;
     }
   }
   for (const auto* format : crease::ridge_formats()) {
-    EXPECT_EQ(bytes_of({ResultPart::kRidges, *format}),
+    EXPECT_EQ(bytes_of({v1::RESULT_PART_RIDGES, *format}),
               crease::encode(v1::RESULT_PART_RIDGES, *format, output_.result, job_))
         << format->name;
   }
   auto measured = output_.result;
   measured.mesh.positions = input_.mesh.positions;
-  EXPECT_EQ(bytes_of({ResultPart::kMeasured, kGlb}), crease::encode(v1::RESULT_PART_MESH, kGlb, measured, job_));
+  EXPECT_EQ(bytes_of({v1::RESULT_PART_MEASURED, kGlb}), crease::encode(v1::RESULT_PART_MESH, kGlb, measured, job_));
   for (const auto* format : crease::report_formats()) {
-    EXPECT_EQ(bytes_of({ResultPart::kReport, *format}),
+    EXPECT_EQ(bytes_of({v1::RESULT_PART_REPORT, *format}),
               crease::encode(*format, crease::make_report(job_, output_, {})));
   }
 }
 
 TEST_F(ResultFilesTest, OfAFileThatIsKeptTheSecondReaderGetsTheSame) {
-  const ResultFile glb{ResultPart::kMesh, kGlb};
+  const ResultFile glb{v1::RESULT_PART_MESH, kGlb};
   const std::string first = bytes_of(glb);
   EXPECT_EQ(read_file(job_folder(kJob) / "mesh.glb"), first);
   EXPECT_EQ(store().file_record(kJob, "mesh.glb")->bytes, first.size());
@@ -115,7 +115,7 @@ TEST_F(ResultFilesTest, OfAFileThatIsKeptTheSecondReaderGetsTheSame) {
 TEST_F(ResultFilesTest, TwoWhoAskForTheSameShareItsEncoding) {
   pool_.await_start();
   signal_processes(SIGSTOP);
-  const auto ask = [&] { return files_.file(job_, {ResultPart::kMeasured, kGlb}, {}); };
+  const auto ask = [&] { return files_.file(job_, {v1::RESULT_PART_MEASURED, kGlb}, {}); };
   auto one = std::async(std::launch::async, ask), other = std::async(std::launch::async, ask);
   ASSERT_TRUE(eventually([&] { return files_.askers(kJob, "measured.glb") == 2; }));
   signal_processes(SIGCONT);
@@ -128,7 +128,7 @@ TEST_F(ResultFilesTest, AnEncodingStopsWhenAllHaveLeftAndNotBefore) {
   signal_processes(SIGSTOP);
   std::atomic<bool> one_left{false}, other_left{false};
   const auto ask = [&](const std::atomic<bool>& left) {
-    return error_code([&] { files_.file(job_, {ResultPart::kMesh, kObj}, {"", [&] { return left.load(); }}); });
+    return error_code([&] { files_.file(job_, {v1::RESULT_PART_MESH, kObj}, {"", [&] { return left.load(); }}); });
   };
   auto one = std::async(std::launch::async, ask, std::cref(one_left));
   ASSERT_TRUE(eventually([&] { return files_.askers(kJob, "mesh.obj") == 1; }));
@@ -141,23 +141,25 @@ TEST_F(ResultFilesTest, AnEncodingStopsWhenAllHaveLeftAndNotBefore) {
   EXPECT_EQ(one.get(), "request_timeout");
   EXPECT_EQ(other.get(), "request_timeout");
   EXPECT_TRUE(eventually([&] { return pool_.process_ids().size() == 1 && pool_.process_ids() != before; }));
-  EXPECT_FALSE(bytes_of({ResultPart::kMesh, kObj}).empty());
+  EXPECT_FALSE(bytes_of({v1::RESULT_PART_MESH, kObj}).empty());
 }
 
 TEST_F(ResultFilesTest, AResultOfAnotherSizeOrContentIsDamaged) {
   std::ofstream(store().file_path(kJob, file::kResult), std::ios::app) << "x";
-  EXPECT_EQ(error_code([&] { bytes_of({ResultPart::kMesh, kGlb}); }), "result_damaged");
-  EXPECT_FALSE(bytes_of({ResultPart::kReport, kJsonFormat}).empty());
+  EXPECT_EQ(error_code([&] { bytes_of({v1::RESULT_PART_MESH, kGlb}); }), "result_damaged");
+  EXPECT_FALSE(bytes_of({v1::RESULT_PART_REPORT, kJsonFormat}).empty());
 }
 
 TEST_F(ResultFilesTest, AProcessThatIsKilledIsAnErrorOfThisFileAlone) {
   pool_.await_start();
   signal_processes(SIGSTOP);
-  auto lost = std::async(std::launch::async, [&] { return error_code([&] { bytes_of({ResultPart::kMesh, kGlb}); }); });
+  auto lost = std::async(std::launch::async, [&] {
+    return error_code([&] { bytes_of({v1::RESULT_PART_MESH, kGlb}); });
+  });
   ASSERT_TRUE(eventually([&] { return files_.askers(kJob, "mesh.glb") == 1; }));
   signal_processes(SIGKILL);
   EXPECT_THAT(lost.get(), testing::AnyOf("encoding_failed", "no error", "process_unavailable"));
-  EXPECT_FALSE(bytes_of({ResultPart::kMesh, kGlb}).empty());
+  EXPECT_FALSE(bytes_of({v1::RESULT_PART_MESH, kGlb}).empty());
 }
 
 }  // namespace
