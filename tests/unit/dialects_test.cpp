@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/job.h"
 #include "core/measure/noise.h"
 #include "tests/support/meshes.h"
@@ -159,7 +161,8 @@ GltfSample primitives(const Mesh& mesh) {
   for (std::size_t face = 0; face < mesh.triangles.size(); ++face) {
     const Triangle& triangle = mesh.triangles[face];
     std::vector<std::uint32_t> corners(triangle.begin(), triangle.end());
-    if (face % 3 == 2) std::ranges::rotate(corners, corners.end() - 1);  // triangles of a fan end with its first vertex
+    // Triangles of a fan end with its first vertex.
+    if (face % 3 == 2) std::rotate(corners.begin(), corners.end() - 1, corners.end());
     sample.json["meshes"][0]["primitives"].push_back(
         {{"attributes", {{"POSITION", 0}}}, {"mode", 4 + face % 3}, {"indices", sample.add_scalars(corners, 5125)}});
   }
