@@ -21,7 +21,7 @@ Message parse_stored(std::string_view stored) {
   Message message;
   const bool fits = stored.size() <= static_cast<std::size_t>(std::numeric_limits<int>::max());
   if (stored.empty() || !fits || !message.ParseFromArray(stored.data(), static_cast<int>(stored.size()))) {
-    throw Error("result_damaged", "the stored result of the job cannot be read");
+    throw Error(code::kResultDamaged, "the stored result of the job cannot be read");
   }
   return message;
 }
@@ -29,7 +29,7 @@ Message parse_stored(std::string_view stored) {
 LabelledMesh stored_result(std::string_view stored, bool measured) {
   auto message = parse_stored<v1::LabelledMesh>(stored);
   if (measured && message.measured_size() != message.positions_size()) {
-    throw Error("not_found", "the job was made by a version that did not keep the measured positions");
+    throw Error(code::kNotFound, "the job was made by a version that did not keep the measured positions");
   }
   if (measured) message.mutable_positions()->Swap(message.mutable_measured());
   message.clear_measured();
@@ -111,7 +111,7 @@ std::string encode(const Format& format, const v1::Report& report) {
 std::string original(const v1::InputFacts& input, std::string_view upload, const LabelledMesh& result) {
   const auto format = format_from_name(input.format());
   if (!format || sha256_hex(upload) != input.sha256()) {
-    throw Error("upload_damaged", "the upload is not the one that was accepted: its SHA-256 differs");
+    throw Error(code::kUploadDamaged, "the upload is not the one that was accepted: its SHA-256 differs");
   }
   return encode_original(upload, *format, result);
 }

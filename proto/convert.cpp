@@ -26,7 +26,7 @@ nlohmann::ordered_json result_parameters(const v1::Parameters& resolved) {
 }
 
 void require_fit(bool fits, std::string_view what) {
-  if (!fits) throw Error("internal", fmt::format("a stored mesh is damaged: wrong number or range of {}", what));
+  if (!fits) throw Error(code::kInternal, fmt::format("a stored mesh is damaged: wrong number or range of {}", what));
 }
 
 std::string_view bytes_of(const std::vector<double>& numbers) {
@@ -293,7 +293,7 @@ std::string json_text(const google::protobuf::Message& message) {
   options.always_print_primitive_fields = true;
   std::string text;
   const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
-  if (!status.ok()) throw Error("internal", "a message cannot be written as JSON: " + status.ToString());
+  if (!status.ok()) throw Error(code::kInternal, "a message cannot be written as JSON: " + status.ToString());
   return text;
 }
 
@@ -329,7 +329,7 @@ std::string sha256_hex(std::string_view bytes) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned int size = 0;
   if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1) {
-    throw Error("internal", "SHA-256 is not available");
+    throw Error(code::kInternal, "SHA-256 is not available");
   }
   return hex({digest.data(), size});
 }

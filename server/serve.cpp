@@ -20,6 +20,7 @@
 #include "server/worker/worker.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using std::chrono::milliseconds;

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
-#include <utility>
+
+#include "proto/error_table.h"
 
 namespace crease::client {
 namespace {
@@ -29,36 +29,21 @@ constexpr auto kMeanings = std::to_array<Meaning>({
     {ExitCode::kOverLimit, "a limit of the service is reached; try again later"},
 });
 
-constexpr auto kByCode = std::to_array<std::pair<std::string_view, ExitCode>>({
-    {code::kUsage, ExitCode::kUsage},
-    {code::kFileUnreadable, ExitCode::kFile},
-    {code::kFileUnwritable, ExitCode::kFile},
-    {code::kServerUnreachable, ExitCode::kServerUnreachable},
-    {code::kInterrupted, ExitCode::kCancelled},
-    {"output_format_unknown", ExitCode::kUsage},
-    {"inspection_failed", ExitCode::kInputRefused},
-    {"payload_too_large", ExitCode::kInputRefused},
-    {"job_failed", ExitCode::kJobFailed},
-    {"job_cancelled", ExitCode::kCancelled},
-});
-
 ExitCode by_status(int status) {
   if (status == 401 || status == 403) return ExitCode::kKeyRefused;
   if (status == 429 || status == 507) return ExitCode::kOverLimit;
   if (status == 503) return ExitCode::kServerUnreachable;
   if (status == 404) return ExitCode::kNotFound;
   if (status == 409) return ExitCode::kNotFinished;
+  if (status == 422) return ExitCode::kInputRefused;
   return status >= 400 && status < 500 ? ExitCode::kUsage : ExitCode::kInternal;
 }
 
 }  // namespace
 
-ExitCode exit_code_of(std::string_view error_code, int status) {
-  const auto row = std::ranges::find(kByCode, error_code, &std::pair<std::string_view, ExitCode>::first);
-  if (row != kByCode.end()) return row->second;
-  if (error_code.starts_with("mesh_") || error_code.starts_with("weights_")) return ExitCode::kInputRefused;
-  if (error_code.starts_with("parameter_")) return ExitCode::kUsage;
-  return by_status(status);
+ExitCode exit_code_of(std::string_view name, int status) {
+  const ErrorKind* const kind = find_error_kind(name);
+  return kind == nullptr ? by_status(status) : kind->exit_code;
 }
 
 std::string exit_code_help() {

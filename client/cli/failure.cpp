@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "client/cli/exit_code.h"
 #include "proto/convert.h"
 #include "proto/error_table.h"
 
@@ -30,8 +31,8 @@ ExitCode exit_code_of_problem(const ordered_json& problem) {
 
 }  // namespace
 
-Failure::Failure(std::string_view code, const std::string& detail)
-    : Failure(ordered_json{{"code", code}, {"detail", detail}}) {}
+Failure::Failure(ErrorCode code, const std::string& detail)
+    : Failure(ordered_json{{"code", error_kind(code).name}, {"detail", detail}}) {}
 
 Failure::Failure(const Error& error) : Failure(to_json(to_problem(error))) {}
 

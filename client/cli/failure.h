@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "client/cli/exit_code.h"
 #include "core/error.h"
+#include "proto/exit_code.h"
 
 namespace crease::client {
 
@@ -14,7 +14,7 @@ namespace crease::client {
 class Failure : public std::runtime_error {
  public:
   /// A failure in the client.
-  Failure(std::string_view code, const std::string& detail);
+  Failure(ErrorCode code, const std::string& detail);
   /// An error of core, as the service would report it.
   explicit Failure(const Error& error);
   /// A problem document from the service.

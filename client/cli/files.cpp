@@ -70,8 +70,7 @@ const Format& output_format(const std::string& name, const fs::path& path) {
   const Format* format = name.empty() ? find_by_filename(formats, path.string()) : find_by_name(formats, name);
   if (format != nullptr) return *format;
   const std::string what = name.empty() ? fmt::format("the extension of {}", path.string()) : fmt::format("'{}'", name);
-  throw Error(crease::code::kOutputFormatUnknown,
-              fmt::format("{} is not an output format; use {}", what, name_list(formats)));
+  throw Error(code::kOutputFormatUnknown, fmt::format("{} is not an output format; use {}", what, name_list(formats)));
 }
 
 }  // namespace crease::client

@@ -28,8 +28,7 @@ LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& for
                        const std::filesystem::path& weights, const v1::Parameters& parameters,
                        const std::function<void(const v1::Progress&)>& on_progress, const Interruption& interruption) {
   if (parameters.has_retention_hours()) {
-    throw Error::parameter(crease::code::kParameterInvalid, "retention_hours",
-                           fmt::format("{}", parameters.retention_hours()),
+    throw Error::parameter(code::kParameterInvalid, "retention_hours", fmt::format("{}", parameters.retention_hours()),
                            "no value with --local, which keeps no jobs");
   }
   const std::string created_at = utc_now();

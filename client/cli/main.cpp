@@ -44,7 +44,7 @@ int run_command(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    throw Failure(crease::client::code::kUsage, error.what());
+    throw Failure(crease::code::kUsage, error.what());
   }
   return static_cast<int>(run());
 }
@@ -60,8 +60,8 @@ int main(int argc, char** argv) {
   } catch (const crease::Error& error) {
     return report(Failure(error), json);
   } catch (const std::bad_alloc&) {
-    return report(Failure(crease::Error("memory_exhausted", "out of memory")), json);
+    return report(Failure(crease::Error(crease::code::kMemoryExhausted, "out of memory")), json);
   } catch (const std::exception& error) {
-    return report(Failure(crease::Error("internal", error.what())), json);
+    return report(Failure(crease::Error(crease::code::kInternal, error.what())), json);
   }
 }

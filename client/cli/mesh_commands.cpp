@@ -71,9 +71,9 @@ EdgeLabels read_labels(const std::filesystem::path& path) {
     labels.labels = json.at("labels").get<std::vector<double>>();
     if (labels.labels.size() == labels.edges.size()) return labels;
   } catch (const Json::exception& error) {
-    throw Failure(Error("json_invalid", fmt::format("{} is not a labels file: {}", path.string(), error.what())));
+    throw Failure(Error(code::kJsonInvalid, fmt::format("{} is not a labels file: {}", path.string(), error.what())));
   }
-  throw Failure(Error("json_invalid", fmt::format("{} does not have one label per edge", path.string())));
+  throw Failure(Error(code::kJsonInvalid, fmt::format("{} does not have one label per edge", path.string())));
 }
 
 Json to_json(const Measurement& measurement) {

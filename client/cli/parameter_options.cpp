@@ -45,11 +45,11 @@ v1::Parameters ParameterOptions::read() const {
   for (const std::string& assignment : all) {
     const auto equals = assignment.find('=');
     if (equals == std::string::npos) {
-      throw Error::parameter(crease::code::kParameterInvalid, assignment, "", "name=value");
+      throw Error::parameter(code::kParameterInvalid, assignment, "", "name=value");
     }
     const std::string name = assignment.substr(0, equals), value = assignment.substr(equals + 1);
     if (!names.insert(name).second) {
-      throw Error::parameter(crease::code::kParameterInvalid, name, value, "a single value");
+      throw Error::parameter(code::kParameterInvalid, name, value, "a single value");
     }
     set_parameter(parameters, name, value);
   }

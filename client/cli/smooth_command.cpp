@@ -11,6 +11,7 @@
 #include "client/cli/service_client.h"
 #include "proto/assembly.h"
 #include "proto/convert.h"
+#include "proto/error_table.h"
 #include "proto/result_formats.h"
 
 namespace crease::client {
@@ -32,7 +33,7 @@ const Format& format_by_extension(const std::filesystem::path& path, const Forma
   if (path.empty()) return *formats.front();
   const Format* format = find_by_filename(formats, path.string());
   if (format != nullptr) return *format;
-  throw Error(crease::code::kOutputFormatUnknown,
+  throw Error(code::kOutputFormatUnknown,
               fmt::format("{} can be written as {}, not as {}", what, name_list(formats), path.string()));
 }
 
@@ -77,7 +78,7 @@ Json smooth_locally(const SmoothOptionsOfCommand& options, const Plan& plan, Pro
 void require_success(const Json& json) {
   const auto job = from_json<v1::Job>(json);
   if (job.state() == "succeeded") return;
-  if (job.state() == "cancelled") throw Failure("job_cancelled", fmt::format("job {} was cancelled", job.id()));
+  if (job.state() == "cancelled") throw Failure(code::kJobCancelled, fmt::format("job {} was cancelled", job.id()));
   throw Failure(to_json(job.error()), ExitCode::kJobFailed);
 }
 
@@ -92,7 +93,7 @@ Json follow_or_cancel(ServiceClient& client, const SmoothOptionsOfCommand& optio
   try {
     return client.follow(id, [&](const v1::Progress& progress) { bar.update(progress); });
   } catch (const Failure& failure) {
-    if (failure.problem().at("code") == code::kInterrupted) cancel(options.server, id);
+    if (failure.problem().at("code") == error_kind(code::kInterrupted).name) cancel(options.server, id);
     throw;
   }
 }

@@ -59,7 +59,7 @@ std::int64_t TextCursor::odd_integer(std::string_view what) {
   fail(code::kMeshSyntax, fmt::format("expected {}, found '{}'", what, printable(found)));
 }
 
-void TextCursor::fail(std::string_view code, const std::string& detail) const { throw Error(code, detail, place()); }
+void TextCursor::fail(ErrorCode code, const std::string& detail) const { throw Error(code, detail, place()); }
 
 void TextCursor::fail_expected(std::string_view what) const {
   if (at_end()) fail(code::kMeshTruncated, fmt::format("the file ends where {} is expected", what));

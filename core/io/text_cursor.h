@@ -108,7 +108,7 @@ class TextCursor {
   }
 
   std::string place() const { return "line " + std::to_string(line_); }
-  [[noreturn]] void fail(std::string_view code, const std::string& detail) const;
+  [[noreturn]] void fail(ErrorCode code, const std::string& detail) const;
   /// Reports that `what` is missing: mesh_truncated at the end of the text, otherwise mesh_syntax.
   [[noreturn]] void fail_expected(std::string_view what) const;
 

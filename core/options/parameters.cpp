@@ -14,7 +14,7 @@ namespace {
 /// How much of a value that was far too long an error repeats.
 constexpr std::size_t kMaxEcho = 100;
 
-[[noreturn]] void refuse(std::string_view code, const Parameter& parameter, std::string_view value) {
+[[noreturn]] void refuse(ErrorCode code, const Parameter& parameter, std::string_view value) {
   throw Error::parameter(code, std::string(parameter.name), shortened(value), parameter.expected());
 }
 

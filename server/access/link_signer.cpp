@@ -17,6 +17,7 @@
 #include "server/base/failure.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 constexpr std::size_t kLinkSecretBytes = 32;
@@ -71,13 +72,13 @@ std::string LinkSigner::signature(std::string_view path, const Query& query) con
 void LinkSigner::check(std::string_view path, const Query& query, std::chrono::system_clock::time_point now) const {
   const std::string given = link_field(query, kSignature), right = signature(path, query);
   if (given.size() != right.size() || ::CRYPTO_memcmp(given.data(), right.data(), right.size()) != 0) {
-    throw crease::Error("link_invalid", "the link was changed, or was not made by this service");
+    throw crease::Error(code::kLinkInvalid, "the link was changed, or was not made by this service");
   }
   const std::string expires = link_field(query, kExpires);
   std::int64_t seconds = 0;
   std::from_chars(expires.data(), expires.data() + expires.size(), seconds);
   if (now >= std::chrono::system_clock::time_point(std::chrono::seconds(seconds))) {
-    throw crease::Error("link_expired", "the time of the link is over; ask for another");
+    throw crease::Error(code::kLinkExpired, "the time of the link is over; ask for another");
   }
 }
 

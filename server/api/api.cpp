@@ -12,12 +12,15 @@
 #include "server/base/log.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using crease::equals_ignoring_case;
 using crease::Error;
 
 constexpr std::uint64_t kSmallBody = 64 * 1024;  // for calls that need no body
+
+std::string name_of(crease::ErrorCode code) { return std::string(crease::error_kind(code).name); }
 
 }  // namespace
 
@@ -42,13 +45,13 @@ void Api::attach(GuardedServer& server) {
   });
   server.set_expect_100_continue_handler(
       [this](const httplib::Request& request, httplib::Response& response) { return before_body(request, response); });
-  server.set_exception_handler(
-      [](const httplib::Request& request, httplib::Response& response, const std::exception_ptr&) {
-        answer_problem(response, Error("internal", "an unexpected error occurred"), exchange_of(request).request_id);
-      });
+  server.set_exception_handler([](const httplib::Request& request, httplib::Response& response,
+                                  const std::exception_ptr&) {
+    answer_problem(response, Error(code::kInternal, "an unexpected error occurred"), exchange_of(request).request_id);
+  });
   server.set_error_handler([](const httplib::Request& request, httplib::Response& response) {
     if (response.body.empty()) {
-      answer_problem(response, Error("request_malformed", "the request could not be parsed"),
+      answer_problem(response, Error(code::kRequestMalformed, "the request could not be parsed"),
                      exchange_of(request).request_id);
     }
   });
@@ -80,7 +83,7 @@ void Api::admit(Exchange& exchange, const RouteMatch& match) {
     check_key(exchange, access);
   }
   if (services_.cors.forbids(exchange.head)) {
-    throw Error("origin_not_allowed",
+    throw Error(code::kOriginNotAllowed,
                 fmt::format("pages from {} may not change anything on this server", exchange.head.header("Origin")));
   }
 }
@@ -90,11 +93,11 @@ void Api::check_key(const Exchange& exchange, Access access) const {
   if (access == Access::kMetrics && exchange.source.local) return;
   if (exchange.caller.key == nullptr) {
     const bool given = exchange.head.count("Authorization") > 0;
-    throw Error("unauthorized", given ? "the key is not valid for this service"
-                                      : "this call needs a key, sent as 'Authorization: Bearer KEY'");
+    throw Error(code::kUnauthorized, given ? "the key is not valid for this service"
+                                           : "this call needs a key, sent as 'Authorization: Bearer KEY'");
   }
   if (access == Access::kMetrics && !exchange.caller.key->metrics) {
-    throw Error("forbidden", "this key may not read the metrics");
+    throw Error(code::kForbidden, "this key may not read the metrics");
   }
 }
 
@@ -108,7 +111,8 @@ void Api::count(Exchange& exchange, const RouteMatch& match) {
   }
   if (wait.count() == 0) return;
   exchange.retry_after = wait;
-  throw Error("rate_limited", fmt::format("the rate limit for {} is reached; try again in {} s", what, wait.count()));
+  throw Error(code::kRateLimited,
+              fmt::format("the rate limit for {} is reached; try again in {} s", what, wait.count()));
 }
 
 void Api::complete(const Exchange& exchange, httplib::Response& response) const {
@@ -139,7 +143,7 @@ Api::ServerResult Api::refuse(Exchange& exchange, httplib::Response& response) {
   if (exchange.retry_after.count() > 0) {
     response.set_header("Retry-After", std::to_string(exchange.retry_after.count()));
   }
-  if (exchange.refusal->code() == "unauthorized") {
+  if (exchange.refusal->code() == code::kUnauthorized) {
     const bool given = exchange.head.count("Authorization") > 0;
     response.set_header("WWW-Authenticate",
                         given ? R"(Bearer realm="creased", error="invalid_token")" : R"(Bearer realm="creased")");
@@ -154,27 +158,27 @@ int Api::before_body(const httplib::Request& request, httplib::Response& respons
 }
 
 void Api::refuse_early(const httplib::Request& request, const RouteMatch& match, httplib::Response& response) const {
-  if (match.allowed.empty()) throw Error("not_found", "no resource at " + request.path);
+  if (match.allowed.empty()) throw Error(code::kNotFound, "no resource at " + request.path);
   if (match.route == nullptr) {
     response.set_header("Allow", fmt::format("{}", fmt::join(match.allowed, ", ")));
-    throw Error("method_not_allowed",
+    throw Error(code::kMethodNotAllowed,
                 "this resource does not support " + request.method + "; the Allow header lists its methods");
   }
   const Exchange& exchange = exchange_of(request);
   const std::string_view encoding = exchange.head.header("Content-Encoding");
   if (!encoding.empty() && !equals_ignoring_case(encoding, "identity")) {
-    throw Error("content_encoding_unsupported", "send the body uncompressed, without Content-Encoding");
+    throw Error(code::kContentEncodingUnsupported, "send the body uncompressed, without Content-Encoding");
   }
-  if (!exchange.stream.body_fault().empty()) {
-    throw Error(exchange.stream.body_fault(), "the body is larger than this call accepts");
+  if (exchange.stream.body_fault()) {
+    throw Error(*exchange.stream.body_fault(), "the body is larger than this call accepts");
   }
   check_query(*match.route, request.params);
   if (!match.format.empty() && request.has_param("format")) {
-    throw Error::parameter("parameter_invalid", "format", request.get_param_value("format"),
+    throw Error::parameter(code::kParameterInvalid, "format", request.get_param_value("format"),
                            "no such field where the path ends in the format");
   }
   if (match.route->takes_parameters() && services_.shutting_down) {
-    throw Error("shutting_down", "the server is going down");
+    throw Error(code::kShuttingDown, "the server is going down");
   }
 }
 
@@ -190,7 +194,7 @@ void Api::dispatch(const httplib::Request& request, httplib::Response& response,
 void Api::finished(const ExchangeSummary& exchange) {
   services_.metrics.count(exchange);
   constexpr int kRefused = 400;
-  const std::string reason = exchange.code.empty() ? std::to_string(exchange.status) : exchange.code;
+  const std::string reason = exchange.code ? name_of(*exchange.code) : std::to_string(exchange.status);
   if (exchange.status >= kRefused && !refusals_.admit(reason)) return;
   nlohmann::ordered_json fields = {{"id", exchange.request_id},
                                    {"method", exchange.method},
@@ -200,7 +204,7 @@ void Api::finished(const ExchangeSummary& exchange) {
                                    {"ms", std::round(exchange.seconds * 1e4) / 10},
                                    {"remote", exchange.remote}};
   if (!exchange.key.empty()) fields["key"] = exchange.key;
-  if (!exchange.code.empty()) fields["code"] = exchange.code;
+  if (exchange.code) fields["code"] = name_of(*exchange.code);
   log_event(spdlog::level::info, "request", fields);
 }
 
@@ -218,15 +222,16 @@ void Api::guarded(Exchange& exchange, httplib::Response& response, const std::fu
     work();
   } catch (const Error& error) {
     exchange.code = error.code();
-    if (crease::error_kind(error.code()).status >= 500 && refusals_.admit("detail of " + exchange.code)) {
+    const std::string name = name_of(error.code());
+    if (crease::error_kind(error.code()).status >= 500 && refusals_.admit("detail of " + name)) {
       log_event(spdlog::level::warn, "request refused",
-                {{"id", exchange.request_id}, {"code", error.code()}, {"detail", error.detail()}});
+                {{"id", exchange.request_id}, {"code", name}, {"detail", error.detail()}});
     }
     answer_problem(response, error, exchange.request_id);
   } catch (const std::exception& error) {
-    exchange.code = "internal";
+    exchange.code = code::kInternal;
     log_event(spdlog::level::err, "request failed", {{"id", exchange.request_id}, {"what", error.what()}});
-    answer_problem(response, Error("internal", "an unexpected error occurred; the server's log has the details"),
+    answer_problem(response, Error(code::kInternal, "an unexpected error occurred; the server's log has the details"),
                    exchange.request_id);
   }
 }

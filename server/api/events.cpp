@@ -8,6 +8,7 @@
 #include "server/api/jobs.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using std::chrono::milliseconds;
@@ -93,11 +94,11 @@ class Stream {
 
 /// Counts the stream before it checks the limit, so that two streams opened at once cannot both take the last place.
 void watch_job(Services& services, Call& call) {
-  if (services.watcher.closed()) throw crease::Error("shutting_down", "the server is shutting down");
+  if (services.watcher.closed()) throw crease::Error(code::kShuttingDown, "the server is shutting down");
   find_job(services.store, call);
   auto slot = services.streams.take(call.caller());
   auto subscription = services.watcher.subscribe(call.id);
-  if (subscription == nullptr) throw crease::Error("job_not_found", "no job '" + call.id + "'");
+  if (subscription == nullptr) throw crease::Error(code::kJobNotFound, "no job '" + call.id + "'");
   const std::uint64_t version = last_event_id(call.exchange.head.header("Last-Event-ID"));
   const auto now = subscription->wait_newer(0, JobWatcher::Clock::now());
   if (now != nullptr && is_terminal(now->job.state()) && version >= now->version) {
@@ -125,7 +126,7 @@ std::vector<Route> event_routes() {
            "Follow a job as server-sent events: progress, then succeeded, failed or cancelled",
            {},
            {{200, "The events.", {"text/event-stream"}, ""}, {204, "There are no events after Last-Event-ID.", {}, ""}},
-           {"job_not_found", "key_streams_full", "too_many_streams", "shutting_down"},
+           {code::kJobNotFound, code::kKeyStreamsFull, code::kTooManyStreams, code::kShuttingDown},
            watch_job}};
 }
 

@@ -3,11 +3,12 @@
 #include "proto/convert.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 constexpr double kDefaultPage = 50;
 
-crease::Error not_found(const std::string& id) { return {"job_not_found", "no job '" + id + "'"}; }
+crease::Error not_found(const std::string& id) { return {code::kJobNotFound, "no job '" + id + "'"}; }
 
 crease::v1::Job with_links(crease::v1::Job job, const std::string& base) {
   const std::string self = base + "/v1/jobs/" + job.id();
@@ -72,7 +73,7 @@ std::vector<Route> job_routes() {
         {"limit", "integer", "Number of jobs on a page.", {}, 1, 1000},
         {"cursor", "string", "Start of the page: next_cursor of the page before."}},
        {{200, "A page of jobs.", {kJson}, "JobList"}},
-       {"parameter_invalid", "parameter_out_of_range"},
+       {code::kParameterInvalid, code::kParameterOutOfRange},
        list_jobs},
       {"GET",
        "/v1/jobs/{id}",
@@ -80,7 +81,7 @@ std::vector<Route> job_routes() {
        "Get a job: state, input, parameters, progress, result",
        {},
        {{200, "The job.", {kJson}, "Job"}},
-       {"job_not_found"},
+       {code::kJobNotFound},
        get_job},
       {"DELETE",
        "/v1/jobs/{id}",
@@ -88,7 +89,7 @@ std::vector<Route> job_routes() {
        "Delete a job and all its data",
        {},
        {{204, "The job is deleted.", {}, ""}},
-       {"job_not_found"},
+       {code::kJobNotFound},
        delete_job},
       {"POST",
        "/v1/jobs/{id}/cancel",
@@ -97,7 +98,7 @@ std::vector<Route> job_routes() {
        {},
        {{202, "The job will stop within one sweep.", {kJson}, "Job"},
         {200, "The job had already ended.", {kJson}, "Job"}},
-       {"job_not_found"},
+       {code::kJobNotFound},
        cancel_job},
   };
 }

@@ -9,6 +9,7 @@
 #include "server/store/job_row.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using crease::Error;
@@ -20,7 +21,7 @@ const std::vector<std::string> kOfLink = {"result", "format", "expires_in"};
 /// Answers with the signed address of one part of a job.
 void create_link(Services& services, Call& call) {
   if (call.exchange.head.has_body()) {
-    throw Error("request_malformed", "this call takes its fields in the query, and no body");
+    throw Error(code::kRequestMalformed, "this call takes its fields in the query, and no body");
   }
   const Route& route = route_of(std::ranges::find(link_targets(), call.query("result"), &LinkTarget::name)->operation);
   find_job(services.store, call);
@@ -81,7 +82,7 @@ std::vector<Route> link_routes() {
            "Make a link that reads one part of a job without a key, for some time",
            std::move(fields),
            {{201, "The link.", {kJson}, "Link"}},
-           {"job_not_found", "parameter_invalid", "parameter_out_of_range"},
+           {code::kJobNotFound, code::kParameterInvalid, code::kParameterOutOfRange},
            create_link}};
 }
 
@@ -103,7 +104,7 @@ void add_link_fields(Route& route) {
   field(LinkSigner::kExpires, "integer", "Of a link: when it expires, in seconds since 1970.");
   field(LinkSigner::kKey, "string", "Of a link: id of the key that made it.");
   field(LinkSigner::kSignature, "string", "Of a link: stands for the key.");
-  route.problems.insert(route.problems.end(), {"link_expired", "link_invalid"});
+  route.problems.insert(route.problems.end(), {code::kLinkExpired, code::kLinkInvalid});
 }
 
 bool is_linked(const Exchange& exchange, const Route* route) {
@@ -116,7 +117,7 @@ void follow_link(const LinkSigner& signer, const Gatekeeper& gate, Exchange& exc
   signer.check(exchange.path, query, std::chrono::system_clock::now());
   exchange.caller = gate.caller_of(LinkSigner::key_of(query));
   if (gate.keyed() && exchange.caller.key == nullptr) {
-    throw Error("link_invalid", "the key that made the link is not valid any more");
+    throw Error(code::kLinkInvalid, "the key that made the link is not valid any more");
   }
   exchange.linked = true;
 }

@@ -5,6 +5,7 @@
 #include "core/error.h"
 
 namespace creased {
+namespace code = crease::code;
 
 OpenStreams::Slot::Slot(OpenStreams& open, std::string owner) : open_(open), owner_(std::move(owner)) {
   ++open_.all_;
@@ -23,12 +24,12 @@ std::unique_ptr<OpenStreams::Slot> OpenStreams::take(const Caller& caller) {
   const std::string owner = caller.owner();
   const std::lock_guard lock(mutex_);
   if (all_ >= most_) {
-    throw crease::Error("too_many_streams",
+    throw crease::Error(code::kTooManyStreams,
                         fmt::format("{} event streams are open, the most that this server allows", all_));
   }
   const auto own = by_owner_.find(owner);
   if (of_key > 0 && own != by_owner_.end() && own->second >= of_key) {
-    throw crease::Error("key_streams_full",
+    throw crease::Error(code::kKeyStreamsFull,
                         fmt::format("{} event streams are open, the most that this key may have", own->second));
   }
   return std::make_unique<Slot>(*this, owner);

@@ -17,29 +17,30 @@
 #include "server/api/routes.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using Json = nlohmann::ordered_json;
 using google::protobuf::FieldDescriptor;
 
 // Problems that any call can have before it reaches its handler.
-const std::vector<std::string> kCommonProblems = {"address_connections_full",
-                                                  "expectation_failed",
-                                                  "headers_too_large",
-                                                  "http_version_unsupported",
-                                                  "internal",
-                                                  "content_encoding_unsupported",
-                                                  "method_not_allowed",
-                                                  "not_found",
-                                                  "parameter_unknown",
-                                                  "parameter_invalid",
-                                                  "payload_too_large",
-                                                  "request_malformed",
-                                                  "request_timeout",
-                                                  "store_unavailable",
-                                                  "too_many_connections",
-                                                  "transfer_encoding_unsupported",
-                                                  "uri_too_long"};
+const std::vector<crease::ErrorCode> kCommonProblems = {code::kAddressConnectionsFull,
+                                                        code::kExpectationFailed,
+                                                        code::kHeadersTooLarge,
+                                                        code::kHttpVersionUnsupported,
+                                                        code::kInternal,
+                                                        code::kContentEncodingUnsupported,
+                                                        code::kMethodNotAllowed,
+                                                        code::kNotFound,
+                                                        code::kParameterUnknown,
+                                                        code::kParameterInvalid,
+                                                        code::kPayloadTooLarge,
+                                                        code::kRequestMalformed,
+                                                        code::kRequestTimeout,
+                                                        code::kStoreUnavailable,
+                                                        code::kTooManyConnections,
+                                                        code::kTransferEncodingUnsupported,
+                                                        code::kUriTooLong};
 
 Json reference(const std::string& schema) { return {{"$ref", "#/components/schemas/" + schema}}; }
 
@@ -96,7 +97,9 @@ void add_message(const google::protobuf::Descriptor& message, Json& schemas) {
 
 Json problem_schema() {
   Json codes = Json::array();
-  for (const auto& kind : crease::error_table()) codes.push_back(kind.code);
+  for (const auto& kind : crease::error_table()) {
+    if (kind.status != 0) codes.push_back(kind.name);
+  }
   Json text = {{"type", "string"}};
   return {{"type", "object"},
           {"description", "A problem document (RFC 9457)."},
@@ -277,11 +280,11 @@ Json success(const Route& route, const RouteAnswer& answer) {
 }
 
 /// Problems of access: key, rate, origin.
-std::vector<std::string> access_problems(const Route& route) {
-  std::vector<std::string> codes;
-  if (route.access == Access::kKey || route.access == Access::kMetrics) codes.emplace_back("unauthorized");
-  if (route.access != Access::kProbe) codes.emplace_back("rate_limited");
-  if (route.method != "GET") codes.emplace_back("origin_not_allowed");
+std::vector<crease::ErrorCode> access_problems(const Route& route) {
+  std::vector<crease::ErrorCode> codes;
+  if (route.access == Access::kKey || route.access == Access::kMetrics) codes.push_back(code::kUnauthorized);
+  if (route.access != Access::kProbe) codes.push_back(code::kRateLimited);
+  if (route.method != "GET") codes.push_back(code::kOriginNotAllowed);
   return codes;
 }
 
@@ -296,15 +299,18 @@ void add_headers(int status, Json& response) {
 }
 
 Json problems(const Route& route) {
-  std::map<int, std::set<std::string>> by_status;
-  const std::vector<std::string> of_access = access_problems(route);
+  std::map<int, std::set<std::string_view>> by_status;
+  const std::vector<crease::ErrorCode> of_access = access_problems(route);
   for (const auto* codes : {&route.problems, &kCommonProblems, &of_access}) {
-    for (const auto& code : *codes) by_status[crease::error_kind(code).status].insert(code);
+    for (const auto code : *codes) {
+      const auto& kind = crease::error_kind(code);
+      by_status[kind.status].insert(kind.name);
+    }
   }
   Json responses = Json::object();
   for (const auto& [status, codes] : by_status) {
     std::string description;
-    for (const auto& code : codes) description += (description.empty() ? "" : ", ") + code;
+    for (const auto name : codes) description.append(description.empty() ? "" : ", ").append(name);
     responses[std::to_string(status)] = {
         {"description", description},
         {"content", {{"application/problem+json", {{"schema", reference("Problem")}}}}},

@@ -7,6 +7,7 @@
 #include "core/base/text.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 // What the page may load: its own files and this service, nothing else. Pictures and workers are made by the page.
@@ -27,7 +28,7 @@ bool accepts_gzip(std::string_view header) {
 
 void send(const Services& services, Call& call, const std::string& name) {
   const PageFiles::File* const found = services.page.find(name);
-  if (found == nullptr) throw crease::Error("not_found", "no resource at " + call.request.path);
+  if (found == nullptr) throw crease::Error(code::kNotFound, "no resource at " + call.request.path);
   const PageFiles::File& file = *found;
   auto& response = call.response;
   const bool compressed = !file.compressed.empty() && accepts_gzip(call.exchange.head.header("Accept-Encoding"));
@@ -78,7 +79,7 @@ std::vector<Route> page_routes() {
        "A file of the page",
        {},
        {{200, "The file.", {"text/javascript", "text/css", "image/svg+xml"}, ""}},
-       {"not_found"},
+       {code::kNotFound},
        get_asset,
        Access::kOpen},
   };

@@ -5,17 +5,6 @@
 #include "proto/error_table.h"
 
 namespace creased {
-namespace {
-
-bool is_queue(std::string_view code) { return code == "queue_full" || code == "key_queue_full"; }
-
-/// Whether the same request may succeed later.
-bool is_temporary(const crease::Error& error, int status) {
-  return status == 503 || status == 429 || error.code() == "job_not_finished" || error.code() == "snapshot_unavailable";
-}
-
-}  // namespace
-
 std::string problem_json(const crease::Error& error, const std::string& request_id) {
   const auto problem = crease::to_problem(error);
   nlohmann::ordered_json document = {
@@ -32,14 +21,15 @@ std::string problem_json(const crease::Error& error, const std::string& request_
 
 Refusal refusal(const crease::Error& error, const std::string& request_id) {
   const auto& kind = crease::error_kind(error.code());
-  return {kind.status, std::string(kind.title), problem_json(error, request_id)};
+  return {kind.status, std::string(kind.title), problem_json(error, request_id), kind.retry_after_s};
 }
 
 void answer_problem(httplib::Response& response, const crease::Error& error, const std::string& request_id) {
-  response.status = crease::error_kind(error.code()).status;
+  const auto& kind = crease::error_kind(error.code());
+  response.status = kind.status;
   response.set_content(problem_json(error, request_id), "application/problem+json");
-  if (!response.has_header("Retry-After") && is_temporary(error, response.status)) {
-    response.set_header("Retry-After", is_queue(error.code()) ? "5" : "1");
+  if (!response.has_header("Retry-After") && kind.retry_after_s > 0) {
+    response.set_header("Retry-After", std::to_string(kind.retry_after_s));
   }
 }
 

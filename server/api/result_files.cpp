@@ -12,6 +12,7 @@
 #include "server/base/failure.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace v1 = crease::v1;
 namespace fs = std::filesystem;
 namespace {
@@ -51,7 +52,7 @@ v1::EncodeTask task_of(const v1::Job& job, const ResultFile& wanted) {
   return task;
 }
 
-[[noreturn]] void fail_left() { throw Error("request_timeout", "the client left while the file was made"); }
+[[noreturn]] void fail_left() { throw Error(code::kRequestTimeout, "the client left while the file was made"); }
 
 /// Removes a file at the end, wherever that is; nothing when it was renamed.
 class Temporary {
@@ -146,7 +147,7 @@ std::shared_ptr<const OpenFile> ResultFiles::source(const v1::Job& job, v1::Resu
     return checked_.require(job.id(), part == v1::RESULT_PART_REPORT ? file::kReport : file::kResult);
   }
   auto snapshot = open_file(store_.file_path(job.id(), file::kSnapshot));
-  if (snapshot == nullptr) throw Error("snapshot_unavailable", "the job has not written a snapshot yet");
+  if (snapshot == nullptr) throw Error(code::kSnapshotUnavailable, "the job has not written a snapshot yet");
   return snapshot;
 }
 

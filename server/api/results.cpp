@@ -12,6 +12,7 @@
 #include "server/transport/file_download.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace v1 = crease::v1;
 namespace {
 
@@ -32,7 +33,7 @@ const Format& wanted_format(Call& call, const crease::Formats& offered) {
   std::vector<std::string_view> types;
   for (const Format* format : offered) types.push_back(format->media_types.front());
   const auto chosen = negotiate(call.exchange.head.header("Accept"), types);
-  if (!chosen) throw Error("not_acceptable", fmt::format("available media types: {}", fmt::join(types, ", ")));
+  if (!chosen) throw Error(code::kNotAcceptable, fmt::format("available media types: {}", fmt::join(types, ", ")));
   return *offered[*chosen];
 }
 
@@ -52,14 +53,15 @@ bool wants_ridge_lines(const Call& call, const Format& format, bool original) {
   const std::string ridges = call.query("ridges");
   if (ridges.empty()) return false;
   if (format.write_with_ridges != nullptr && !original) return true;
-  throw Error::parameter("parameter_invalid", "ridges", ridges, "no such field with this format; format=obj has it");
+  throw Error::parameter(code::kParameterInvalid, "ridges", ridges,
+                         "no such field with this format; format=obj has it");
 }
 
 void require_success(const crease::v1::Job& job) {
   if (job.state() == "succeeded") return;
-  if (job.state() == "cancelled") throw Error("job_cancelled", "the job was cancelled and has no result");
-  if (job.state() == "failed") throw Error("job_failed", job.error().code() + ": " + job.error().detail());
-  throw Error("job_not_finished", "the job is " + job.state());
+  if (job.state() == "cancelled") throw Error(code::kJobCancelled, "the job was cancelled and has no result");
+  if (job.state() == "failed") throw Error(code::kJobFailed, job.error().code() + ": " + job.error().detail());
+  throw Error(code::kJobNotFinished, "the job is " + job.state());
 }
 
 std::string etag(const crease::v1::Job& job, const std::string& what) {
@@ -82,7 +84,7 @@ void get_mesh(Services& services, Call& call) {
   if (!snapshot) require_success(job);
   const bool measured = call.query_flag("measured");
   if (measured && snapshot) {
-    throw Error::parameter("parameter_invalid", "measured", "true", "false, or left out, with snapshot=true");
+    throw Error::parameter(code::kParameterInvalid, "measured", "true", "false, or left out, with snapshot=true");
   }
   const bool lines = wants_ridge_lines(call, format, original);
   const v1::ResultPart part = snapshot   ? v1::RESULT_PART_SNAPSHOT
@@ -164,10 +166,10 @@ Json ridge_lines_schema() {
 }
 
 std::vector<Route> result_routes() {
-  const std::vector<std::string> unfinished = {"job_not_found",   "result_damaged",     "job_not_finished",
-                                               "job_failed",      "job_cancelled",      "parameter_invalid",
-                                               "encoding_failed", "process_unavailable"};
-  auto with = [&](std::vector<std::string> more) {
+  const std::vector<crease::ErrorCode> unfinished = {
+      code::kJobNotFound,  code::kResultDamaged,    code::kJobNotFinished, code::kJobFailed,
+      code::kJobCancelled, code::kParameterInvalid, code::kEncodingFailed, code::kProcessUnavailable};
+  auto with = [&](std::vector<crease::ErrorCode> more) {
     more.insert(more.begin(), unfinished.begin(), unfinished.end());
     return more;
   };
@@ -190,7 +192,8 @@ std::vector<Route> result_routes() {
        {{200, "The mesh.", media_types(crease::mesh_formats()), "LabelledMesh"},
         {206, "A range of its bytes.", media_types(crease::mesh_formats()), "LabelledMesh"},
         {304, "The mesh in If-None-Match is current.", {}, ""}},
-       with({"not_acceptable", "range_not_satisfiable", "snapshot_unavailable", "mesh_unsupported", "upload_damaged"}),
+       with({code::kNotAcceptable, code::kRangeNotSatisfiable, code::kSnapshotUnavailable, code::kMeshUnsupported,
+             code::kUploadDamaged}),
        get_mesh},
       {"GET",
        "/v1/jobs/{id}/labels",
@@ -202,7 +205,7 @@ std::vector<Route> result_routes() {
        {{200, "The labels.", media_types(crease::label_formats()), "EdgeLabels"},
         {206, "A range of their bytes.", media_types(crease::label_formats()), ""},
         {304, "The labels in If-None-Match are current.", {}, ""}},
-       with({"range_not_satisfiable", "parameter_out_of_range"}),
+       with({code::kRangeNotSatisfiable, code::kParameterOutOfRange}),
        get_labels},
       {"GET",
        "/v1/jobs/{id}/ridges",
@@ -215,7 +218,7 @@ std::vector<Route> result_routes() {
        {{200, "The ridge lines.", media_types(crease::ridge_formats()), "RidgeLines"},
         {206, "A range of their bytes.", media_types(crease::ridge_formats()), ""},
         {304, "The ridge lines in If-None-Match are current.", {}, ""}},
-       with({"not_acceptable", "range_not_satisfiable"}),
+       with({code::kNotAcceptable, code::kRangeNotSatisfiable}),
        get_ridges},
       {"GET",
        "/v1/jobs/{id}/report",

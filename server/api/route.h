@@ -43,7 +43,7 @@ struct Route {
   std::string summary;
   std::vector<QueryField> query;
   std::vector<RouteAnswer> answers;
-  std::vector<std::string> problems;  ///< error codes, besides those that any call can have
+  std::vector<crease::ErrorCode> problems;  ///< besides those that any call can have
   void (*answer)(Services&, Call&);
   Access access = Access::kKey;
 

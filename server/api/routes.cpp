@@ -18,6 +18,7 @@
 #include "server/api/submit.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using crease::Error;
@@ -74,10 +75,10 @@ bool is_parameter(const std::string& name) {
 
 void check_value(const QueryField& field, const std::string& value) {
   if (!field.values.empty() && std::find(field.values.begin(), field.values.end(), value) == field.values.end()) {
-    throw Error::parameter("parameter_invalid", field.name, value, "one of " + joined(field.values));
+    throw Error::parameter(code::kParameterInvalid, field.name, value, "one of " + joined(field.values));
   }
   if (field.type == "boolean" && value != "true" && value != "false") {
-    throw Error::parameter("parameter_invalid", field.name, value, "true or false");
+    throw Error::parameter(code::kParameterInvalid, field.name, value, "true or false");
   }
   if (field.type != "integer" && field.type != "number") return;
   const std::string expected =
@@ -87,10 +88,10 @@ void check_value(const QueryField& field, const std::string& value) {
   const auto [stop, error] = std::from_chars(value.data(), end, number);
   if (error != std::errc() || stop != end || !std::isfinite(number) ||
       (field.type == "integer" && number != std::floor(number))) {
-    throw Error::parameter("parameter_invalid", field.name, value, expected);
+    throw Error::parameter(code::kParameterInvalid, field.name, value, expected);
   }
   if (number < field.min || number > field.max) {
-    throw Error::parameter("parameter_out_of_range", field.name, value, expected);
+    throw Error::parameter(code::kParameterOutOfRange, field.name, value, expected);
   }
 }
 
@@ -129,19 +130,19 @@ RouteMatch match_route(std::string_view method, std::string_view path) {
 
 void check_query(const Route& route, const httplib::Params& query) {
   for (const auto& [name, value] : query) {
-    if (query.count(name) > 1) throw Error::parameter("parameter_invalid", name, value, "a single value");
+    if (query.count(name) > 1) throw Error::parameter(code::kParameterInvalid, name, value, "a single value");
     const auto field = std::find_if(route.query.begin(), route.query.end(),
                                     [&, &key = name](const QueryField& known) { return known.name == key; });
     if (field != route.query.end()) {
       check_value(*field, value);
     } else if (!route.takes_parameters() || !is_parameter(name)) {
-      throw Error::parameter("parameter_unknown", name, value, known_names(route));
+      throw Error::parameter(code::kParameterUnknown, name, value, known_names(route));
     }
   }
   for (const auto& field : route.query) {
     if (!field.required || query.contains(field.name)) continue;
     const std::string expected = field.values.empty() ? "a " + field.type : "one of " + joined(field.values);
-    throw Error::parameter("parameter_invalid", field.name, "", expected);
+    throw Error::parameter(code::kParameterInvalid, field.name, "", expected);
   }
 }
 

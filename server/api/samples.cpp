@@ -4,6 +4,7 @@
 #include "core/measure/samples.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 const std::string& part_file() {
@@ -19,7 +20,7 @@ const std::string& scan_file() {
 void get_sample(Services&, Call& call) {
   const bool part = call.id == "part.ply";
   if (!part && call.id != "scan.ply") {
-    throw crease::Error("not_found", "no sample '" + call.id + "'; there are part.ply and scan.ply");
+    throw crease::Error(code::kNotFound, "no sample '" + call.id + "'; there are part.ply and scan.ply");
   }
   call.response.set_header("Content-Disposition", "attachment; filename=\"" + call.id + "\"");
   call.response.set_header("Cache-Control", "public, max-age=3600");
@@ -35,7 +36,7 @@ std::vector<Route> sample_routes() {
            "Download a mesh to try the service with: part.ply, a machined part, or scan.ply, a scan",
            {},
            {{200, "The mesh.", {"model/ply"}, ""}},
-           {"not_found"},
+           {code::kNotFound},
            get_sample}};
 }
 

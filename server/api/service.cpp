@@ -4,6 +4,7 @@
 #include "server/api/openapi.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using crease::Error;
@@ -19,9 +20,9 @@ void get_parameters(Services& services, Call& call) {
 void get_health(Services&, Call& call) { answer_json(call, {{"status", "ok"}, {"version", CREASE_VERSION}}); }
 
 void get_readiness(Services& services, Call& call) {
-  if (services.shutting_down) throw Error("shutting_down", "the server is going down");
+  if (services.shutting_down) throw Error(code::kShuttingDown, "the server is going down");
   const std::string reason = services.not_ready ? services.not_ready() : services.store.not_ready_reason();
-  if (!reason.empty()) throw Error("store_unavailable", reason);
+  if (!reason.empty()) throw Error(code::kStoreUnavailable, reason);
   answer_json(call, {{"status", "ready"}});
 }
 
@@ -68,7 +69,7 @@ std::vector<Route> service_routes() {
        "Check that the service accepts jobs",
        {},
        {{200, "The service accepts jobs.", {kJson}, ""}},
-       {"shutting_down", "store_unavailable"},
+       {code::kShuttingDown, code::kStoreUnavailable},
        get_readiness,
        Access::kProbe},
       {"GET",
@@ -77,7 +78,7 @@ std::vector<Route> service_routes() {
        "Metrics in the Prometheus text format",
        {},
        {{200, "The metrics.", {"text/plain"}, ""}},
-       {"forbidden"},
+       {code::kForbidden},
        get_metrics,
        Access::kMetrics},
       {"GET",

@@ -15,6 +15,7 @@
 #include "server/api/upload.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using crease::Error;
@@ -45,7 +46,7 @@ std::string idempotency_key(const RequestHead& head) {
   const bool given = head.count("Idempotency-Key") > 0;
   const bool visible = std::all_of(key.begin(), key.end(), [](unsigned char c) { return c > 0x20 && c < 0x7f; });
   if (given && (key.empty() || key.size() > 255 || !visible || head.count("Idempotency-Key") > 1)) {
-    throw Error::parameter("parameter_invalid", "Idempotency-Key", key, "1 to 255 visible ASCII characters");
+    throw Error::parameter(code::kParameterInvalid, "Idempotency-Key", key, "1 to 255 visible ASCII characters");
   }
   return key;
 }
@@ -56,7 +57,7 @@ crease::v1::Parameters with_defaults(crease::v1::Parameters parameters, const Se
   if (parameters.threads() == 0 && services.threads > 0) parameters.set_threads(services.threads);
   if (!parameters.has_retention_hours()) parameters.set_retention_hours(defaults.retention_hours());
   if (parameters.retention_hours() > maxima.retention_hours()) {
-    throw Error::parameter(crease::code::kParameterOutOfRange, "retention_hours",
+    throw Error::parameter(code::kParameterOutOfRange, "retention_hours",
                            fmt::format("{}", parameters.retention_hours()),
                            fmt::format("a number from 0 to {}", maxima.retention_hours()));
   }
@@ -72,7 +73,7 @@ std::string id_for(const std::string& owner, const std::string& fingerprint) {
 
 void check_faces(const crease::v1::InputFacts& input, const Limits& limits) {
   if (input.faces() <= limits.max_faces) return;
-  throw Error(crease::code::kMeshTooLarge,
+  throw Error(code::kMeshTooLarge,
               fmt::format("the mesh has {} faces; this caller may send at most {}", input.faces(), limits.max_faces));
 }
 
@@ -138,15 +139,16 @@ void submit_job(Services& services, Call& call) {
   call.response.set_content(job_json(job, call.exchange.base), "application/json");
 }
 
-std::vector<std::string> submit_problems() {
-  return {"mesh_count_mismatch", "mesh_empty",           "mesh_format_unknown",    "mesh_index_out_of_range",
-          "mesh_no_extent",      "mesh_no_faces",        "mesh_not_finite",        "mesh_syntax",
-          "mesh_too_large",      "mesh_truncated",       "mesh_unsupported",       "inspection_failed",
-          "body_missing",        "body_incomplete",      "payload_too_large",      "content_type_unsupported",
-          "json_invalid",        "multipart_invalid",    "multipart_part_missing", "multipart_part_unknown",
-          "protobuf_invalid",    "idempotency_conflict", "parameter_invalid",      "parameter_out_of_range",
-          "queue_full",          "key_queue_full",       "quota_exceeded",         "storage_full",
-          "store_unavailable",   "shutting_down",        "weights_invalid",        "process_unavailable"};
+std::vector<crease::ErrorCode> submit_problems() {
+  return {
+      code::kMeshCountMismatch, code::kMeshEmpty,           code::kMeshFormatUnknown,    code::kMeshIndexOutOfRange,
+      code::kMeshNoExtent,      code::kMeshNoFaces,         code::kMeshNotFinite,        code::kMeshSyntax,
+      code::kMeshTooLarge,      code::kMeshTruncated,       code::kMeshUnsupported,      code::kInspectionFailed,
+      code::kBodyMissing,       code::kBodyIncomplete,      code::kPayloadTooLarge,      code::kContentTypeUnsupported,
+      code::kJsonInvalid,       code::kMultipartInvalid,    code::kMultipartPartMissing, code::kMultipartPartUnknown,
+      code::kProtobufInvalid,   code::kIdempotencyConflict, code::kParameterInvalid,     code::kParameterOutOfRange,
+      code::kQueueFull,         code::kKeyQueueFull,        code::kQuotaExceeded,        code::kStorageFull,
+      code::kStoreUnavailable,  code::kShuttingDown,        code::kWeightsInvalid,       code::kProcessUnavailable};
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "server/base/durable_file.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using crease::v1::SubmitJobRequest;
@@ -26,7 +27,7 @@ constexpr std::uint32_t kLengthDelimited = 2;
 
 constexpr std::uint32_t kMaxTextBytes = 64 * 1024;
 
-[[noreturn]] void invalid_message(const std::string& detail) { throw crease::Error("protobuf_invalid", detail); }
+[[noreturn]] void invalid_message(const std::string& detail) { throw crease::Error(code::kProtobufInvalid, detail); }
 
 class MessageReader {
  public:

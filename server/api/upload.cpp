@@ -22,6 +22,7 @@
 #include "server/transport/multipart.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using crease::equals_ignoring_case;
@@ -55,11 +56,11 @@ class Body {
       take(std::string_view(data, size));
       return true;
     });
-    const std::string_view fault = stream_.body_fault();
-    if (fault == "payload_too_large") throw Error(fault, "the upload is larger than this server accepts");
-    if (fault == "request_timeout") throw Error(fault, "the body did not arrive in time");
-    if (!fault.empty()) throw Error(fault, "the body is incomplete or its chunks are malformed");
-    if (!read) throw Error("body_incomplete", "the body ended early");
+    const auto fault = stream_.body_fault();
+    if (fault == code::kPayloadTooLarge) throw Error(*fault, "the upload is larger than this server accepts");
+    if (fault == code::kRequestTimeout) throw Error(*fault, "the body did not arrive in time");
+    if (fault) throw Error(*fault, "the body is incomplete or its chunks are malformed");
+    if (!read) throw Error(code::kBodyIncomplete, "the body ended early");
   }
 
  private:
@@ -77,8 +78,8 @@ json parse_parameters(const std::string& text) {
     return depth < 16;
   };
   json object = json::parse(text, note_name, false);
-  if (!object.is_object()) throw Error("json_invalid", "the parameters are not a JSON object");
-  if (!repeated.empty()) throw Error::parameter("parameter_invalid", repeated, "given twice", "a single value");
+  if (!object.is_object()) throw Error(code::kJsonInvalid, "the parameters are not a JSON object");
+  if (!repeated.empty()) throw Error::parameter(code::kParameterInvalid, repeated, "given twice", "a single value");
   return object;
 }
 
@@ -87,7 +88,7 @@ void merge_parameters(crease::v1::Parameters& into, const crease::v1::Parameters
   more.GetReflection()->ListFields(more, &fields);
   for (const auto* field : fields) {
     if (into.GetReflection()->HasField(into, field)) {
-      throw Error::parameter("parameter_invalid", field->name(), "given twice",
+      throw Error::parameter(code::kParameterInvalid, field->name(), "given twice",
                              "a single value, in the query or in the body");
     }
   }
@@ -109,7 +110,7 @@ void read_query(const httplib::Request& request, Submission& submission) {
 void settle_format(Submission& submission, const std::string& declared, std::string_view media_type) {
   if (declared.empty()) return;
   if (!submission.format.empty() && submission.format != declared) {
-    throw Error::parameter("parameter_invalid", "format", submission.format,
+    throw Error::parameter(code::kParameterInvalid, "format", submission.format,
                            fmt::format("the format of the media type {}", media_type));
   }
   submission.format = declared;
@@ -126,10 +127,11 @@ class FormParts {
 
   void begin(const MultipartReader::Part& part) {
     if (part.name != "mesh" && part.name != "parameters" && part.name != "weights") {
-      throw Error("multipart_part_unknown", "unknown part '" + part.name + "', expected mesh, parameters or weights");
+      throw Error(code::kMultipartPartUnknown,
+                  "unknown part '" + part.name + "', expected mesh, parameters or weights");
     }
     if (!seen_.insert(part.name).second) {
-      throw Error("multipart_invalid", "the form has more than one part '" + part.name + "'");
+      throw Error(code::kMultipartInvalid, "the form has more than one part '" + part.name + "'");
     }
     file_ = part.name == "mesh" ? submission_.mesh.get() : nullptr;
     if (part.name == "weights") {
@@ -144,13 +146,13 @@ class FormParts {
   void add(std::string_view data) {
     if (file_ != nullptr) return file_->append(data.data(), data.size());
     if (parameters_.size() + data.size() > kMaxParametersBytes) {
-      throw Error("json_invalid", "the parameters are too long");
+      throw Error(code::kJsonInvalid, "the parameters are too long");
     }
     parameters_ += data;
   }
 
   void finish() {
-    if (!seen_.contains("mesh")) throw Error("multipart_part_missing", "the form has no part 'mesh'");
+    if (!seen_.contains("mesh")) throw Error(code::kMultipartPartMissing, "the form has no part 'mesh'");
     if (!seen_.contains("parameters")) return;
     merge_parameters(submission_.parameters, crease::parameters_from_json(parse_parameters(parameters_)));
   }
@@ -218,7 +220,7 @@ void UploadFile::finish() {
 
 Submission receive_submission(const Exchange& exchange, const httplib::Request& request,
                               const httplib::ContentReader& reader, Store& store) {
-  if (!exchange.head.has_body()) throw Error("body_missing", "send the mesh in the body");
+  if (!exchange.head.has_body()) throw Error(code::kBodyMissing, "send the mesh in the body");
   const Body body(reader, exchange.stream);
   Submission submission;
   read_query(request, submission);
@@ -234,11 +236,11 @@ Submission receive_submission(const Exchange& exchange, const httplib::Request& 
     settle_format(submission, upload_format(type), type);
     receive_raw(body, *submission.mesh);
   } else {
-    throw Error("content_type_unsupported", "'" + std::string(type) + "' is not a media type for meshes");
+    throw Error(code::kContentTypeUnsupported, "'" + std::string(type) + "' is not a media type for meshes");
   }
   submission.mesh->finish();
   if (submission.weights != nullptr) submission.weights->finish();
-  if (submission.mesh->bytes() == 0) throw Error("mesh_empty", "the upload is empty");
+  if (submission.mesh->bytes() == 0) throw Error(code::kMeshEmpty, "the upload is empty");
   return submission;
 }
 

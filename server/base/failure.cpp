@@ -6,10 +6,11 @@
 #include <system_error>
 
 namespace creased {
+namespace code = crease::code;
 
 std::string errno_text(int number) { return std::generic_category().message(number); }
 
-bool is_fault_of_store(std::string_view code) {
+bool is_fault_of_store(crease::ErrorCode code) {
   return code == code::kStoreUnavailable || code == code::kStorageFull || code == code::kProcessUnavailable;
 }
 

@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include "core/error.h"
-#include "server/base/codes.h"
 
 namespace creased {
 
@@ -13,7 +12,7 @@ namespace creased {
 std::string errno_text(int number);
 
 /// Whether an error with this code is the store's own fault, which no job has caused.
-bool is_fault_of_store(std::string_view code);
+bool is_fault_of_store(crease::ErrorCode code);
 
 /// Error storage_full when errno says so, otherwise store_unavailable, with the detail
 /// "cannot `action` PATH: message of errno". Call it before errno changes.

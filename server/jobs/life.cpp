@@ -27,7 +27,7 @@ Transition queued_again(Life life, std::chrono::milliseconds wait) {
   return {std::move(life), wait};
 }
 
-Transition failed(Life life, std::string_view error_code, const std::string& detail) {
+Transition failed(Life life, crease::ErrorCode error_code, const std::string& detail) {
   life.state = life.cancel_requested ? JobState::kCancelled : JobState::kFailed;
   if (life.cancel_requested) return {std::move(life)};
   return {std::move(life), {}, crease::to_problem(crease::Error(error_code, detail))};

@@ -4,19 +4,17 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "core/error.h"
 #include "crease/v1/job.pb.h"
-#include "server/base/codes.h"
 #include "server/jobs/state.h"
 
 namespace creased {
 
 /// Why an attempt of a job was lost.
 struct Loss {
-  std::string what;                           ///< for example "was killed by signal 11 (SIGSEGV)"
-  std::string_view code = code::kWorkerLost;  ///< error code if this was the last attempt
+  std::string what;                                    ///< for example "was killed by signal 11 (SIGSEGV)"
+  crease::ErrorCode code = crease::code::kWorkerLost;  ///< error code if this was the last attempt
   /// The whole service ended. The job is rarely the cause, so this counts as a quarter of an attempt.
   bool with_server = false;
   /// Exceeded a limit of memory, time or files, as the next attempt would. Progress does not reset the count.

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 namespace creased {
+namespace code = crease::code;
 
 CheckedFiles::Stamp CheckedFiles::stamp_of(int file) {
   struct stat status {};

@@ -18,6 +18,7 @@
 #include "server/store/store.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace fs = std::filesystem;
 namespace {
 

@@ -11,6 +11,7 @@
 #include "server/base/failure.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 namespace v1 = crease::v1;

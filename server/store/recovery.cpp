@@ -8,6 +8,7 @@
 #include "server/store/sqlite_schema.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace fs = std::filesystem;
 namespace {
 

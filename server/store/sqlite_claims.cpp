@@ -9,6 +9,7 @@
 #include "server/store/sqlite_store.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace v1 = crease::v1;
 namespace {
 

@@ -7,6 +7,7 @@
 #include "server/base/failure.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 constexpr int kBusyTimeoutMs = 10'000;

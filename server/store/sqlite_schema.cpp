@@ -11,6 +11,7 @@
 #include "server/base/failure.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 // Only append to this list; never change a released migration. Times are milliseconds since 1970, messages are

@@ -17,6 +17,7 @@
 #include "server/store/sqlite_schema.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace v1 = crease::v1;
 namespace {
 
@@ -77,7 +78,7 @@ std::int64_t parse_cursor(std::string_view cursor) {
   std::int64_t seq = 0;
   const auto [end, failure] = std::from_chars(cursor.data(), cursor.data() + cursor.size(), seq, 16);
   if (failure != std::errc() || end != cursor.data() + cursor.size() || cursor.size() != kCursorDigits || seq < 1) {
-    throw crease::Error::parameter(crease::code::kParameterInvalid, "cursor", std::string(cursor),
+    throw crease::Error::parameter(code::kParameterInvalid, "cursor", std::string(cursor),
                                    "the next_cursor of an earlier page");
   }
   return seq;
@@ -87,7 +88,7 @@ void check_state(std::string_view state) {
   if (state.empty() || job_state(state)) return;
   std::vector<std::string_view> names;
   for (const JobState known : kJobStates) names.push_back(name_of(known));
-  throw crease::Error::parameter(crease::code::kParameterInvalid, "state", std::string(state),
+  throw crease::Error::parameter(code::kParameterInvalid, "state", std::string(state),
                                  fmt::format("one of {}", fmt::join(names, ", ")));
 }
 

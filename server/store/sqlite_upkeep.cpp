@@ -10,6 +10,7 @@
 #include "server/store/sqlite_store.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace v1 = crease::v1;
 namespace {
 

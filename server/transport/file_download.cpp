@@ -12,6 +12,7 @@
 #include "core/base/text.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using crease::trimmed;
@@ -31,7 +32,7 @@ std::optional<std::uint64_t> number(std::string_view text) {
 
 [[noreturn]] void unsatisfiable(httplib::Response& response, std::uint64_t bytes) {
   response.set_header("Content-Range", fmt::format("bytes */{}", bytes));
-  throw crease::Error("range_not_satisfiable", fmt::format("the file has {} bytes", bytes));
+  throw crease::Error(code::kRangeNotSatisfiable, fmt::format("the file has {} bytes", bytes));
 }
 
 /// The range that `header` asks for; nullopt for the whole file.

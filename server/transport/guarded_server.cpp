@@ -16,6 +16,7 @@
 #include "core/base/text.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using crease::equals_ignoring_case;
@@ -262,7 +263,7 @@ std::string GuardedServer::base_of(const GuardedStream& stream, const RequestHea
   if (prefix.empty() || !options_.trusted_proxies.contains(peer_of(stream))) return options_.base_path;
   if (prefix.ends_with('/')) prefix.remove_suffix(1);
   if (!prefix.empty() && !is_path_prefix(prefix)) {
-    throw crease::Error("request_malformed", "the header X-Forwarded-Prefix is not a path like /meshes");
+    throw crease::Error(code::kRequestMalformed, "the header X-Forwarded-Prefix is not a path like /meshes");
   }
   return std::string(prefix);
 }
@@ -282,10 +283,10 @@ void GuardedServer::refuse(GuardedStream& stream, const crease::Error& error, st
       "Cache-Control: no-store\r\nX-Request-Id: {}\r\n",
       refusal.status, refusal.reason, refusal.body.size(), id);
   for (const auto& [name, value] : kSecurityHeaders) head += fmt::format("{}: {}\r\n", name, value);
-  if (refusal.status == 503 || refusal.status == 429) head += "Retry-After: 1\r\n";
+  if (refusal.retry_after_s > 0) head += fmt::format("Retry-After: {}\r\n", refusal.retry_after_s);
   stream.write(head + "\r\n" + refusal.body);
-  hooks_.finished({id, "", "", "", peer_of(stream).text(), "", std::string(error.code()), refusal.status, 0,
-                   stream.bytes_written(), 0});
+  hooks_.finished(
+      {id, "", "", "", peer_of(stream).text(), "", error.code(), refusal.status, 0, stream.bytes_written(), 0});
   stream.linger(linger);
 }
 
@@ -312,13 +313,13 @@ void GuardedServer::complete_headers(Exchange& exchange, httplib::Response& resp
 
 void GuardedServer::admit(int socket, const Address& peer) {
   const std::lock_guard lock(mutex_);
-  if (draining_) throw crease::Error("shutting_down", "the server is shutting down");
+  if (draining_) throw crease::Error(code::kShuttingDown, "the server is shutting down");
   if (shares_.is_full()) {
-    throw crease::Error("too_many_connections", "the server has no free connection; try again in a moment");
+    throw crease::Error(code::kTooManyConnections, "the server has no free connection; try again in a moment");
   }
   if (!shares_.has_place(peer, !options_.trusted_proxies.contains(peer))) {
     throw crease::Error(
-        "address_connections_full",
+        code::kAddressConnectionsFull,
         fmt::format("{} connections from your address are open, the most that are allowed now", shares_.count(peer)));
   }
   shares_.add(peer);

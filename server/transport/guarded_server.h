@@ -28,7 +28,7 @@ struct Exchange {
   std::string base;        ///< what the client has before each path, such as "/meshes"; empty for nothing
   bool close = false;      ///< the connection ends after this answer
   std::string route = {};  ///< path template, for the metrics
-  std::string code = {};   ///< of the error that was answered; empty for none
+  std::optional<crease::ErrorCode> code = {};  ///< of the error that was answered
   Caller caller = {};
   bool linked = false;                        ///< allowed by the signature in its query, in place of a key
   std::optional<crease::Error> refusal = {};  ///< set when the request is refused by its head alone
@@ -47,11 +47,13 @@ struct Refusal {
   int status;
   std::string reason;  ///< of the status line
   std::string body;    ///< a problem document
+  int retry_after_s;   ///< 0 for none
 };
 
 /// What is known of a request when it has ended.
 struct ExchangeSummary {
-  std::string request_id, method, target, route, remote, key, code;
+  std::string request_id, method, target, route, remote, key;
+  std::optional<crease::ErrorCode> code = {};
   int status = 0;  ///< 0 when the client disconnected before the answer
   std::uint64_t bytes_in = 0, bytes_out = 0;
   double seconds = 0;

@@ -13,6 +13,7 @@
 #include "core/error.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using std::chrono::milliseconds;
@@ -86,7 +87,7 @@ RequestHead GuardedStream::read_head() {
     }
     const auto end = buffered().find("\r\n\r\n", searched);
     if (std::min(end, buffered().size()) > limits_.head.max_bytes) {
-      throw crease::Error("headers_too_large",
+      throw crease::Error(code::kHeadersTooLarge,
                           "the request head is longer than " + std::to_string(limits_.head.max_bytes) + " bytes");
     }
     if (end != std::string_view::npos) {
@@ -99,9 +100,9 @@ RequestHead GuardedStream::read_head() {
       case Fill::kData:
         break;
       case Fill::kEnd:
-        throw crease::Error("request_malformed", "the connection closed before the end of the head");
+        throw crease::Error(code::kRequestMalformed, "the connection closed before the end of the head");
       case Fill::kTimeout:
-        throw crease::Error("request_timeout", "the request head did not arrive in time");
+        throw crease::Error(code::kRequestTimeout, "the request head did not arrive in time");
     }
   }
 }
@@ -114,12 +115,12 @@ void GuardedStream::begin(const RequestHead& head, std::string replay, std::uint
   max_body_ = max_body;
   remaining_ = head.content_length.value_or(0);
   body_ = head.chunked ? Body::kChunkHead : remaining_ > 0 ? Body::kFixed : Body::kComplete;
-  if (remaining_ > max_body_) fault("payload_too_large");
+  if (remaining_ > max_body_) fault(code::kPayloadTooLarge);
   body_start_ = Clock::now();
   body_guard_ = nullptr;
 }
 
-bool GuardedStream::fault(std::string_view code) {
+bool GuardedStream::fault(crease::ErrorCode code) {
   body_ = Body::kFaulty;
   body_fault_ = code;
   return false;
@@ -132,17 +133,17 @@ bool GuardedStream::fill_body() {
     case Fill::kData:
       return true;
     case Fill::kTimeout:
-      return fault("request_timeout");
+      return fault(code::kRequestTimeout);
     case Fill::kEnd:
       break;
   }
-  return fault("body_incomplete");
+  return fault(code::kBodyIncomplete);
 }
 
 bool GuardedStream::chunk_line(std::string& line) {
   while (true) {
     const auto end = buffered().find("\r\n");
-    if (std::min(end, buffered().size()) > kMaxChunkLine) return fault("body_incomplete");
+    if (std::min(end, buffered().size()) > kMaxChunkLine) return fault(code::kBodyIncomplete);
     if (end != std::string_view::npos) {
       line = buffered().substr(0, end);
       consume(end + 2);
@@ -156,13 +157,13 @@ bool GuardedStream::next_chunk() {
   std::string line;
   if (!chunk_line(line)) return false;
   // A line feed alone, for example, would end the line for some proxies.
-  if (!is_chunk_line(line)) return fault("body_incomplete");
+  if (!is_chunk_line(line)) return fault(code::kBodyIncomplete);
   std::string_view size_text = std::string_view(line).substr(0, line.find(';'));
   if (size_text.size() < line.size()) size_text = size_text.substr(0, size_text.find_last_not_of(" \t") + 1);
   const char* const end = size_text.data() + size_text.size();
   const auto [stop, error] = std::from_chars(size_text.data(), end, remaining_, 16);
-  if (size_text.empty() || error != std::errc() || stop != end) return fault("body_incomplete");
-  if (remaining_ > max_body_ - body_bytes_) return fault("payload_too_large");
+  if (size_text.empty() || error != std::errc() || stop != end) return fault(code::kBodyIncomplete);
+  if (remaining_ > max_body_ - body_bytes_) return fault(code::kPayloadTooLarge);
   if (remaining_ > 0) {
     body_ = Body::kChunkData;
     return true;
@@ -173,16 +174,16 @@ bool GuardedStream::next_chunk() {
       body_ = Body::kComplete;
       return true;
     }
-    if (!is_field_line(line)) return fault("body_incomplete");
+    if (!is_field_line(line)) return fault(code::kBodyIncomplete);
   }
-  return fault("body_incomplete");
+  return fault(code::kBodyIncomplete);
 }
 
 bool GuardedStream::finish_chunk() {
   while (buffered().size() < 2) {
     if (!fill_body()) return false;
   }
-  if (!buffered().starts_with("\r\n")) return fault("body_incomplete");
+  if (!buffered().starts_with("\r\n")) return fault(code::kBodyIncomplete);
   consume(2);
   body_ = Body::kChunkHead;
   return true;
@@ -213,7 +214,7 @@ ssize_t GuardedStream::read_body(char* data, size_t size) {
     body_bytes_ += count;
     if (remaining_ == 0) body_ = body_ == Body::kFixed ? Body::kComplete : Body::kChunkEnd;
     if (body_guard_ && !body_guard_(body_bytes_)) {
-      fault("body_incomplete");
+      fault(code::kBodyIncomplete);
       return -1;
     }
     return static_cast<ssize_t>(count);

@@ -3,9 +3,11 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "core/error_code.h"
 #include "server/transport/http_head.h"
 #include "server/transport/library.h"
 
@@ -38,8 +40,8 @@ class GuardedStream final : public httplib::Stream {
 
   /// Whether every byte of the body has been read.
   bool body_complete() const { return body_ == Body::kComplete; }
-  /// Error code of a faulty body: payload_too_large, body_incomplete or request_timeout. Empty while there is no fault.
-  std::string_view body_fault() const { return body_fault_; }
+  /// What is wrong with the body: payload_too_large, body_incomplete or request_timeout.
+  std::optional<crease::ErrorCode> body_fault() const { return body_fault_; }
   std::uint64_t body_bytes() const { return body_bytes_; }
   std::uint64_t bytes_written() const { return bytes_written_; }
   /// Sets a function that is called between two pieces of the body with the number of bytes read so far. When it
@@ -74,7 +76,7 @@ class GuardedStream final : public httplib::Stream {
   bool next_chunk();
   bool finish_chunk();
   ssize_t read_body(char* data, size_t size);
-  bool fault(std::string_view code);
+  bool fault(crease::ErrorCode code);
 
   int socket_;
   const StreamLimits& limits_;
@@ -84,7 +86,7 @@ class GuardedStream final : public httplib::Stream {
   std::string replay_;
   std::size_t replay_offset_ = 0;
   Body body_ = Body::kComplete;
-  std::string_view body_fault_;
+  std::optional<crease::ErrorCode> body_fault_;
   std::uint64_t remaining_ = 0;  // bytes left of the body or chunk
   std::uint64_t max_body_ = 0;
   std::uint64_t body_bytes_ = 0;

@@ -8,12 +8,13 @@
 #include "core/error.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using crease::equals_ignoring_case;
 using crease::trimmed;
 
-[[noreturn]] void malformed(const std::string& detail) { throw crease::Error("request_malformed", detail); }
+[[noreturn]] void malformed(const std::string& detail) { throw crease::Error(code::kRequestMalformed, detail); }
 
 bool is_token_char(unsigned char c) {
   return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
@@ -63,7 +64,7 @@ void parse_request_line(std::string_view line, const HeadLimits& limits, Request
   const std::string_view version = line.substr(last + 1);
   if (!is_token(method)) malformed("the method is not a token");
   if (target.size() > limits.max_target_bytes) {
-    throw crease::Error("uri_too_long",
+    throw crease::Error(code::kUriTooLong,
                         "the target is longer than " + std::to_string(limits.max_target_bytes) + " bytes");
   }
   const auto visible = [](unsigned char c) { return c > 0x20 && c < 0x7f; };
@@ -72,7 +73,7 @@ void parse_request_line(std::string_view line, const HeadLimits& limits, Request
   }
   if (!version.starts_with("HTTP/")) malformed("the request line does not end in an HTTP version");
   if (version != "HTTP/1.1" && version != "HTTP/1.0") {
-    throw crease::Error("http_version_unsupported", "this server supports HTTP/1.1 and HTTP/1.0");
+    throw crease::Error(code::kHttpVersionUnsupported, "this server supports HTTP/1.1 and HTTP/1.0");
   }
   head.method = method;
   head.target = origin_form(target.substr(0, target.find('#')));
@@ -112,7 +113,7 @@ void settle_framing(RequestHead& head) {
   if (encodings == 0) return;
   if (head.version == "HTTP/1.0") malformed("an HTTP/1.0 request may not have Transfer-Encoding");
   if (encodings > 1 || !equals_ignoring_case(head.header("Transfer-Encoding"), "chunked")) {
-    throw crease::Error("transfer_encoding_unsupported", "the only supported transfer encoding is chunked");
+    throw crease::Error(code::kTransferEncodingUnsupported, "the only supported transfer encoding is chunked");
   }
   head.chunked = true;
 }
@@ -135,7 +136,7 @@ void settle_connection(RequestHead& head) {
       !lists_token(connection, "close") && (head.version == "HTTP/1.1" || lists_token(connection, "keep-alive"));
   if (head.count("Expect") == 0 || head.version == "HTTP/1.0") return;
   if (head.count("Expect") > 1 || !equals_ignoring_case(head.header("Expect"), "100-continue")) {
-    throw crease::Error("expectation_failed", "the only supported expectation is 100-continue");
+    throw crease::Error(code::kExpectationFailed, "the only supported expectation is 100-continue");
   }
   head.expects_continue = head.has_body();
 }
@@ -198,7 +199,7 @@ RequestHead parse_head(std::string_view bytes, const HeadLimits& limits) {
   parse_request_line(take_line(rest), limits, head);
   for (std::string_view line = take_line(rest); !line.empty(); line = take_line(rest)) {
     if (head.headers.size() == limits.max_headers) {
-      throw crease::Error("headers_too_large", "more than " + std::to_string(limits.max_headers) + " headers");
+      throw crease::Error(code::kHeadersTooLarge, "more than " + std::to_string(limits.max_headers) + " headers");
     }
     parse_field(line, head);
   }

@@ -5,6 +5,7 @@
 #include "server/transport/http_head.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using crease::equals_ignoring_case;
@@ -12,7 +13,7 @@ using crease::trimmed;
 
 constexpr std::size_t kMaxPartHead = 8 * 1024;
 
-[[noreturn]] void invalid(const std::string& detail) { throw crease::Error("multipart_invalid", detail); }
+[[noreturn]] void invalid(const std::string& detail) { throw crease::Error(code::kMultipartInvalid, detail); }
 
 /// The value of `name` in `type; name=value; other="value"`. A quoted value may contain escaped quotes.
 std::string parameter_of(std::string_view field, std::string_view name) {

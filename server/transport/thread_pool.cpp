@@ -6,9 +6,10 @@
 #include <utility>
 
 #include "core/error.h"
-#include "server/base/codes.h"
+#include "core/error_code.h"
 
 namespace creased {
+namespace code = crease::code;
 
 ThreadPool::ThreadPool(std::size_t threads) {
   threads_.reserve(threads);

@@ -14,6 +14,7 @@
 #include "server/base/failure.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 constexpr std::size_t kLongestMessage = 128 * 1024, kMostFiles = 8;

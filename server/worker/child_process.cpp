@@ -20,6 +20,7 @@
 #include "server/base/failure.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 constexpr int kExecFailed = 127;

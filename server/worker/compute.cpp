@@ -20,6 +20,7 @@
 #include "server/worker/sandbox.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace v1 = crease::v1;
 namespace {
 

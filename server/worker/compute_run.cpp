@@ -26,6 +26,7 @@
 #include "server/worker/mapped_file.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace v1 = crease::v1;
 namespace {
 

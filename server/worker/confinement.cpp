@@ -30,6 +30,7 @@
 #include "server/worker/sanitized.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 // Stands for the id of the confined process in the compiled filter: no process has it.

@@ -5,6 +5,7 @@
 #include "server/jobs/needs.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace v1 = crease::v1;
 namespace {
 

@@ -15,6 +15,7 @@
 #include "server/worker/lease_keeper.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace v1 = crease::v1;
 namespace {
 
@@ -319,15 +320,13 @@ void JobRun::end_succeeded() {
 }
 
 void JobRun::end_refused(const v1::Problem& problem) {
-  if (problem.code() == code::kMemoryExhausted || problem.code() == code::kFileLimitExceeded) {
-    return end_lost(
-        {.what = problem.detail(),
-         .code = problem.code() == code::kMemoryExhausted ? code::kMemoryExhausted : code::kFileLimitExceeded,
-         .by_limit = true});
+  const crease::Error error = crease::to_error(problem);
+  if (error.code() == code::kMemoryExhausted || error.code() == code::kFileLimitExceeded) {
+    return end_lost({.what = error.detail(), .code = error.code(), .by_limit = true});
   }
-  if (is_fault_of_store(problem.code())) return end_deferred({problem.code(), problem.detail()});
-  settle(fmt::format("failed ({}: {})", problem.code(), problem.detail()),
-         [&] { return store_.fail(claim_, problem); });
+  if (is_fault_of_store(error.code())) return end_deferred(error);
+  const v1::Problem known = crease::to_problem(error);  // the computation may have named any title and status
+  settle(fmt::format("failed ({}: {})", known.code(), known.detail()), [&] { return store_.fail(claim_, known); });
 }
 
 void JobRun::end_deferred(const crease::Error& reason) {

@@ -9,6 +9,7 @@
 #include "server/base/failure.h"
 
 namespace creased {
+namespace code = crease::code;
 
 MappedFile::MappedFile(int file) {
   struct stat status {};

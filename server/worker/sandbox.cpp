@@ -15,6 +15,7 @@
 #include "server/worker/sanitized.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace v1 = crease::v1;
 namespace {
 

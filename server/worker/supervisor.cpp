@@ -18,6 +18,7 @@
 #include "server/worker/child_process.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 using Clock = std::chrono::steady_clock;

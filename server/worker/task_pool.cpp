@@ -10,6 +10,7 @@
 #include "server/base/failure.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace v1 = crease::v1;
 namespace {
 
@@ -94,14 +95,13 @@ TaskPool::Outcome TaskPool::run(const Asker& asker, const v1::ComputeTask& task,
 }
 
 const v1::ComputeEvent& TaskPool::event_of(const Outcome& outcome, v1::ComputeEvent::EventCase expected,
-                                           std::string_view code_of_fault, const std::string& what) {
+                                           crease::ErrorCode code_of_fault, const std::string& what) {
   const auto fail = [&](const std::string& why) { throw crease::Error(code_of_fault, what + " " + why); };
   if (outcome.late.count() > 0) fail(fmt::format("took longer than {} ms", outcome.late.count()));
   if (outcome.event && outcome.event->has_refused()) {
-    const v1::Problem& problem = outcome.event->refused();
-    const bool by_limit = problem.code() == code::kMemoryExhausted || problem.code() == code::kFileLimitExceeded;
-    if (by_limit) fail(problem.detail());
-    throw crease::to_error(problem);
+    const crease::Error error = crease::to_error(outcome.event->refused());
+    if (error.code() == code::kMemoryExhausted || error.code() == code::kFileLimitExceeded) fail(error.detail());
+    throw error;
   }
   if (outcome.loss) fail("failed: the process " + outcome.loss->what);
   if (!outcome.event || outcome.event->event_case() != expected) fail("failed: the process did not say how it went");
@@ -132,7 +132,7 @@ std::unique_ptr<Sandbox> TaskPool::await_turn(Ticket ticket, const Asker& asker)
       handed_out_.erase(mine);
       return sandbox;
     }
-    if (stopping_) throw crease::Error("shutting_down", "the service is shutting down");
+    if (stopping_) throw crease::Error(code::kShuttingDown, "the service is shutting down");
     if (ids_.empty() && !start_error_.empty()) throw crease::Error(code::kProcessUnavailable, start_error_);
     changed_.wait_for(lock, kLookEvery);
     if (!asker.left) continue;

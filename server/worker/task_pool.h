@@ -56,7 +56,7 @@ class TaskPool {
   /// \throw crease::Error as the task refused; or with `code_of_fault` and a detail that begins with `what`, when it
   /// exceeded a limit, crashed, or did not say what was expected
   static const crease::v1::ComputeEvent& event_of(const Outcome& outcome, crease::v1::ComputeEvent::EventCase expected,
-                                                  std::string_view code_of_fault, const std::string& what);
+                                                  crease::ErrorCode code_of_fault, const std::string& what);
 
   /// Waits for the first process. \throw crease::Error when it cannot be started
   void await_start();

@@ -30,7 +30,7 @@ bool is_same(const creased::RequestHead& a, const creased::RequestHead& b) {
 /// The result of parsing a form: its parts with their contents, or an error code.
 struct Form {
   std::vector<std::pair<creased::MultipartReader::Part, std::string>> parts;
-  std::string refusal;
+  std::optional<ErrorCode> refusal;
 };
 
 Form read_form(std::string_view boundary, std::string_view body, std::size_t piece) {
@@ -57,9 +57,9 @@ bool is_same(const Form& a, const Form& b) {
 
 void require_problem(const Answer& answer) {
   const auto problem = nlohmann::json::parse(answer.body);
-  const ErrorKind& kind = error_kind(problem.at("code").get<std::string>());
-  require(kind.code == problem["code"] && kind.status == answer.status, "a problem is a row of the table of errors");
-  require(kind.code != "internal", "no request is a fault of ours");
+  const ErrorKind* const kind = find_error_kind(problem.at("code").get<std::string>());
+  require(kind != nullptr && kind->status == answer.status, "a problem is a row of the table of errors");
+  require(kind->code != code::kInternal, "no request is a fault of ours");
 }
 
 std::vector<std::string> server_requests(const Conversation& conversation) {

@@ -14,9 +14,7 @@ void require_utf8(std::string_view text, std::string_view what) {
 }
 
 void require_proper(const Error& error) {
-  const ErrorKind& kind = error_kind(error.code());
-  require(kind.code == error.code(), "the table of errors has " + std::string(error.code()));
-  require(kind.code != "internal", "what the input brings about is no fault of ours: " + error.detail());
+  require(error.code() != code::kInternal, "what the input brings about is no fault of ours: " + error.detail());
   require(!error.detail().empty(), "a refusal says what is wrong");
   require_utf8(error.place(), "the place of a refusal");
 }

@@ -191,7 +191,7 @@ class HostileUploads : public ServiceTest {};
 
 TEST_F(HostileUploads, AreRefusedWithACodeAndTheServiceContinues) {
   std::set<std::string_view> known;
-  for (const auto& kind : error_table()) known.insert(kind.code);
+  for (const auto& kind : error_table()) known.insert(kind.name);
   const auto uploads = hostile_uploads();
   ASSERT_GE(uploads.size(), 200U);
   RecordProperty("uploads", static_cast<int>(uploads.size()));

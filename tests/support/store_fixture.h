@@ -21,6 +21,7 @@
 #include "tests/support/store_support.h"
 
 namespace creased::test {
+namespace code = crease::code;
 
 namespace fs = std::filesystem;
 namespace v1 = crease::v1;
@@ -38,13 +39,14 @@ using Hold = Store::Hold;
 constexpr std::chrono::hours kLong{1};
 constexpr std::chrono::milliseconds kOver{-1};  // a lease that has already expired
 
-inline std::string error_code(const std::function<void()>& call) {
+/// The code of the error that `call` throws, or nothing.
+inline std::optional<crease::ErrorCode> error_code(const std::function<void()>& call) {
   try {
     call();
   } catch (const crease::Error& error) {
-    return std::string(error.code());
+    return error.code();
   }
-  return "no error";
+  return std::nullopt;
 }
 
 class StoreTest : public testing::Test {

@@ -36,14 +36,15 @@ TEST(EventParser, FindsTheSameEventsWhereverTheStreamIsCut) {
 
 TEST(ExitCode, EveryErrorHasTheExitCodeOfItsKind) {
   for (const ErrorKind& kind : error_table()) {
-    const ExitCode exit_code = exit_code_of(kind.code, kind.status);
-    EXPECT_NE(exit_code, ExitCode::kOk) << kind.code;
-    if (kind.code.starts_with("mesh_")) {
-      EXPECT_EQ(exit_code, ExitCode::kInputRefused) << kind.code;
-    } else if (kind.code.starts_with("parameter_")) {
-      EXPECT_EQ(exit_code, ExitCode::kUsage) << kind.code;
+    const ExitCode exit_code = kind.exit_code;
+    EXPECT_EQ(exit_code, exit_code_of(kind.name)) << kind.name;
+    EXPECT_NE(exit_code, ExitCode::kOk) << kind.name;
+    if (kind.name.starts_with("mesh_")) {
+      EXPECT_EQ(exit_code, ExitCode::kInputRefused) << kind.name;
+    } else if (kind.name.starts_with("parameter_")) {
+      EXPECT_EQ(exit_code, ExitCode::kUsage) << kind.name;
     } else if (kind.status == 503) {
-      EXPECT_EQ(exit_code, ExitCode::kServerUnreachable) << kind.code;
+      EXPECT_EQ(exit_code, ExitCode::kServerUnreachable) << kind.name;
     }
   }
   EXPECT_EQ(exit_code_of("job_not_found", 404), ExitCode::kNotFound);
@@ -51,6 +52,14 @@ TEST(ExitCode, EveryErrorHasTheExitCodeOfItsKind) {
   EXPECT_EQ(exit_code_of("job_cancelled", 409), ExitCode::kCancelled);
   EXPECT_EQ(exit_code_of("job_not_finished", 409), ExitCode::kNotFinished);
   EXPECT_EQ(exit_code_of("internal", 500), ExitCode::kInternal);
+}
+
+TEST(ExitCode, TheStatusDecidesForCodesOfANewerServer) {
+  EXPECT_EQ(exit_code_of("mesh_haunted", 422), ExitCode::kInputRefused);
+  EXPECT_EQ(exit_code_of("key_tired", 403), ExitCode::kKeyRefused);
+  EXPECT_EQ(exit_code_of("queue_odd", 503), ExitCode::kServerUnreachable);
+  EXPECT_EQ(exit_code_of("call_odd", 400), ExitCode::kUsage);
+  EXPECT_EQ(exit_code_of("odd", 0), ExitCode::kInternal);
 }
 
 TEST(ExitCode, HelpListsAll) {

@@ -270,7 +270,7 @@ TEST(DecodeGltf, ExtensionsThatOnlyConcernAppearanceMayBeRequired) {
 struct Fault {
   const char* name;
   void (*bend)(GltfSample&);
-  std::string_view code;
+  ErrorCode code;
   const char* place;
 };
 

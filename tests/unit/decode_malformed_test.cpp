@@ -9,7 +9,7 @@ struct Malformed {
   std::string name;
   MeshFormat format;
   std::string bytes;
-  std::string_view code;
+  ErrorCode code;
   std::string place;
 };
 

@@ -97,11 +97,11 @@ TEST(InputFacts, WarningsAreAddedAfterExistingOnes) {
 }
 
 TEST(InputFacts, RefusesMeshesThatCannotBeSmoothed) {
-  const auto refusal = [](const Mesh& mesh) -> std::pair<std::string, std::string> {
+  const auto refusal = [](const Mesh& mesh) -> std::pair<std::optional<ErrorCode>, std::string> {
     try {
       look(mesh);
     } catch (const Error& error) {
-      return {std::string(error.code()), error.place()};
+      return {error.code(), error.place()};
     }
     return {};
   };

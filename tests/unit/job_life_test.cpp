@@ -11,6 +11,7 @@
 #include "server/jobs/needs.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 const Loss kCrashed{.what = "was killed"};
@@ -90,7 +91,7 @@ TEST(JobLife, AJobThatTheStoreCouldNotKeepWaitsLongerEachTime) {
     all += step.wait;
   } while (!is_terminal(life.state));
   EXPECT_GT(all, std::chrono::hours(7));
-  EXPECT_EQ(step.error.value().code(), code::kStoreUnavailable);
+  EXPECT_EQ(step.error.value().code(), "store_unavailable");
   EXPECT_THAT(step.error->detail(), testing::HasSubstr("no disk"));
   EXPECT_EQ(progressed(life).deferrals, 0U);
 }

@@ -23,12 +23,12 @@ Error error_of(const std::function<void()>& action) {
     return error;
   }
   ADD_FAILURE() << "accepted";
-  return {"", ""};
+  return {code::kInternal, ""};
 }
 
-std::string code_of(std::string_view name, std::string_view text) {
+ErrorCode code_of(std::string_view name, std::string_view text) {
   v1::Parameters parameters;
-  return std::string(error_of([&] { set_parameter(parameters, name, text); }).code());
+  return error_of([&] { set_parameter(parameters, name, text); }).code();
 }
 
 /// A property of the schema as text that set_parameter takes.

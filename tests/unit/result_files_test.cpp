@@ -138,15 +138,15 @@ TEST_F(ResultFilesTest, AnEncodingStopsWhenAllHaveLeftAndNotBefore) {
   ASSERT_TRUE(eventually([&] { return files_.askers(kJob, "mesh.obj") == 1; }));
   EXPECT_EQ(pool_.process_ids(), before);
   other_left = true;
-  EXPECT_EQ(one.get(), "request_timeout");
-  EXPECT_EQ(other.get(), "request_timeout");
+  EXPECT_EQ(one.get(), code::kRequestTimeout);
+  EXPECT_EQ(other.get(), code::kRequestTimeout);
   EXPECT_TRUE(eventually([&] { return pool_.process_ids().size() == 1 && pool_.process_ids() != before; }));
   EXPECT_FALSE(bytes_of({v1::RESULT_PART_MESH, kObj}).empty());
 }
 
 TEST_F(ResultFilesTest, AResultOfAnotherSizeOrContentIsDamaged) {
   std::ofstream(store().file_path(kJob, file::kResult), std::ios::app) << "x";
-  EXPECT_EQ(error_code([&] { bytes_of({v1::RESULT_PART_MESH, kGlb}); }), "result_damaged");
+  EXPECT_EQ(error_code([&] { bytes_of({v1::RESULT_PART_MESH, kGlb}); }), code::kResultDamaged);
   EXPECT_FALSE(bytes_of({v1::RESULT_PART_REPORT, kJsonFormat}).empty());
 }
 
@@ -158,7 +158,7 @@ TEST_F(ResultFilesTest, AProcessThatIsKilledIsAnErrorOfThisFileAlone) {
   });
   ASSERT_TRUE(eventually([&] { return files_.askers(kJob, "mesh.glb") == 1; }));
   signal_processes(SIGKILL);
-  EXPECT_THAT(lost.get(), testing::AnyOf("encoding_failed", "no error", "process_unavailable"));
+  EXPECT_THAT(lost.get(), testing::AnyOf(std::nullopt, code::kEncodingFailed, code::kProcessUnavailable));
   EXPECT_FALSE(bytes_of({v1::RESULT_PART_MESH, kGlb}).empty());
 }
 

@@ -30,6 +30,7 @@
 #include "tests/support/store_support.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 namespace fs = std::filesystem;

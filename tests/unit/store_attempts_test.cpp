@@ -26,7 +26,7 @@ TEST_F(AttemptsTest, ALostJobIsQueuedAgainAndFailsAfterThreeAttempts) {
   EXPECT_FALSE(store().claim("w", kLong));
   EXPECT_EQ(job().state(), "failed");
   EXPECT_EQ(job().attempt(), 3U);
-  EXPECT_EQ(job().error().code(), code::kWorkerLost);
+  EXPECT_EQ(job().error().code(), "worker_lost");
   EXPECT_EQ(job().error().detail(),
             "3 attempts in a row were lost: attempt 1 was killed by signal 11 (SIGSEGV); attempt 2 was killed by "
             "signal 9 (SIGKILL); attempt 3 was killed by signal 11 (SIGSEGV)");
@@ -41,7 +41,7 @@ TEST_F(AttemptsTest, AJobWhoseLeaseExpiresThreeTimesFails) {
   }
   EXPECT_FALSE(store().claim("w", kLong));
   EXPECT_EQ(job().state(), "failed");
-  EXPECT_EQ(job().error().code(), code::kWorkerLost);
+  EXPECT_EQ(job().error().code(), "worker_lost");
   EXPECT_THAT(job().error().detail(), HasSubstr("3 attempts in a row were lost: attempt 1 stopped responding"));
 }
 
@@ -78,7 +78,7 @@ TEST_F(AttemptsTest, AttemptsOverALimitCountInSpiteOfProgress) {
     EXPECT_TRUE(store().lose(held, kOutOfTime));
   }
   EXPECT_EQ(job().state(), "failed");
-  EXPECT_EQ(job().error().code(), code::kTimeLimitExceeded);
+  EXPECT_EQ(job().error().code(), "time_limit_exceeded");
   EXPECT_THAT(job().error().detail(), HasSubstr("attempt 3 needed more than 5 s of processor time"));
 }
 

@@ -1,3 +1,4 @@
+#include "proto/error_table.h"
 #include "tests/support/store_fixture.h"
 
 namespace creased::test {
@@ -67,7 +68,7 @@ TEST_F(StoreTest, UnknownStoresAreRefused) {
     try {
       open_store({.url = url, .data_dir = folder_.path()});
     } catch (const crease::Error& error) {
-      return std::string(error.code()) + ": " + error.detail();
+      return std::string(crease::error_kind(error.code()).name) + ": " + error.detail();
     }
     return std::string();
   };

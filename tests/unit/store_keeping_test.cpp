@@ -115,8 +115,8 @@ TEST_F(KeepingTest, JobsOverTheQuotaAreRefusedAndRemovalFreesSpace) {
   const auto bounded = with_quota(1 * kMiB);
   bool created = false;
   std::vector<std::string> ids;
-  std::string refusal = "no error";
-  for (int i = 0; i < 100 && refusal == "no error"; ++i) {
+  std::optional<crease::ErrorCode> refusal;
+  for (int i = 0; i < 100 && !refusal; ++i) {
     refusal = error_code([&] { ids.push_back(bounded->submit(new_job(*bounded, "abc", "upload"), created).id()); });
   }
   EXPECT_EQ(refusal, code::kQuotaExceeded);
@@ -126,7 +126,7 @@ TEST_F(KeepingTest, JobsOverTheQuotaAreRefusedAndRemovalFreesSpace) {
       << "a refused submission leaves nothing";
   EXPECT_TRUE(fs::is_empty(incoming()));
   EXPECT_TRUE(bounded->remove(ids.back()));
-  EXPECT_EQ(error_code([&] { bounded->submit(new_job(*bounded, "abc", "upload"), created); }), "no error");
+  EXPECT_EQ(error_code([&] { bounded->submit(new_job(*bounded, "abc", "upload"), created); }), std::nullopt);
 }
 
 TEST_F(KeepingTest, TheBytesOfAJobAreCounted) {
@@ -189,14 +189,14 @@ TEST_F(KeepingTest, OwnersHaveTheirOwnLimits) {
     job.owner_limits = limits;
     return error_code([&] { add(job); });
   };
-  EXPECT_EQ(bounded("anna", {.max_queued = 2}), "no error");
-  EXPECT_EQ(bounded("anna", {.max_queued = 2}), "no error");
+  EXPECT_EQ(bounded("anna", {.max_queued = 2}), std::nullopt);
+  EXPECT_EQ(bounded("anna", {.max_queued = 2}), std::nullopt);
   EXPECT_EQ(bounded("anna", {.max_queued = 2}), code::kKeyQueueFull);
-  EXPECT_EQ(bounded("bert", {.max_queued = 2}), "no error");
+  EXPECT_EQ(bounded("bert", {.max_queued = 2}), std::nullopt);
   ASSERT_TRUE(store().claim("w", kLong));
-  EXPECT_EQ(bounded("anna", {.max_queued = 2}), "no error") << "one of her jobs is running";
+  EXPECT_EQ(bounded("anna", {.max_queued = 2}), std::nullopt) << "one of her jobs is running";
   EXPECT_EQ(bounded("anna", {.max_bytes = 100}), code::kQuotaExceeded);
-  EXPECT_EQ(bounded("carl", {.max_bytes = kMiB}), "no error");
+  EXPECT_EQ(bounded("carl", {.max_bytes = kMiB}), std::nullopt);
 }
 
 // The schema of version 0.1.0 and a job in the form that it wrote.

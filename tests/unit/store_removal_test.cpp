@@ -15,16 +15,16 @@ TEST_F(RemovalTest, ConcurrentRemovalsDoNotConflict) {
   constexpr int kThreads = 6, kJobs = 25;
   store();
   std::mutex mutex;
-  std::vector<std::string> faults;
+  std::vector<crease::ErrorCode> faults;
   const auto work = [&](int thread) {
     for (int i = 0; i < kJobs; ++i) {
-      const std::string code = error_code([&] {
+      const auto code = error_code([&] {
         const std::string id = submit(fmt::format("{:020x}", thread * kJobs + i)).id();
         std::ofstream(store().file_path(id, file::kReport)) << "report";
         store().remove(id);
       });
       const std::lock_guard lock(mutex);
-      if (code != "no error") faults.push_back(code);
+      if (code) faults.push_back(*code);
     }
   };
   std::vector<std::thread> threads;

@@ -19,6 +19,7 @@
 #include "tests/support/store_support.h"
 
 namespace creased {
+namespace code = crease::code;
 namespace {
 
 namespace fs = std::filesystem;
@@ -135,7 +136,7 @@ TEST_F(WorkerTest, AJobWithMissingWeightsFails) {
   store().submit(request, created);
   const Worker worker(store());
   ASSERT_TRUE(reaches("abc", "failed"));
-  EXPECT_EQ(job("abc").error().code(), code::kUploadDamaged);
+  EXPECT_EQ(job("abc").error().code(), "upload_damaged");
 }
 
 TEST_F(WorkerTest, TheReportDescribesTheRun) {
@@ -253,7 +254,7 @@ TEST_F(WorkerTest, AnInvalidUploadFailsWithItsCodeAndTheWorkerContinues) {
   ASSERT_TRUE(reaches("abc", "succeeded"));
   const v1::Job bad = job("bad");
   EXPECT_EQ(bad.state(), "failed");
-  EXPECT_EQ(bad.error().code(), crease::code::kMeshIndexOutOfRange);
+  EXPECT_EQ(bad.error().code(), "mesh_index_out_of_range");
   EXPECT_EQ(bad.error().place(), "face 0");
   EXPECT_EQ(bad.attempt(), 1U);
 }

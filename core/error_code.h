@@ -1,0 +1,92 @@
+#pragma once
+
+#include <cstdint>
+
+namespace crease {
+
+/// What can be wrong, as a stable code. proto/error_table.cpp has a row for each, with its name and HTTP status, in the
+/// same order.
+enum class ErrorCode : std::uint8_t {
+  kAddressConnectionsFull,
+  kBodyIncomplete,
+  kBodyMissing,
+  kContentEncodingUnsupported,
+  kContentTypeUnsupported,
+  kEncodingFailed,
+  kExpectationFailed,
+  kFileLimitExceeded,
+  kFileUnreadable,
+  kFileUnwritable,
+  kForbidden,
+  kHeadersTooLarge,
+  kHttpVersionUnsupported,
+  kIdempotencyConflict,
+  kInspectionFailed,
+  kInternal,
+  kInterrupted,
+  kJobCancelled,
+  kJobFailed,
+  kJobNotFinished,
+  kJobNotFound,
+  kJsonInvalid,
+  kKeyQueueFull,
+  kKeyStreamsFull,
+  kLinkExpired,
+  kLinkInvalid,
+  kMemoryExhausted,
+  kMeshCountMismatch,
+  kMeshEmpty,
+  kMeshFormatUnknown,
+  kMeshIndexOutOfRange,
+  kMeshMismatch,
+  kMeshNoExtent,
+  kMeshNoFaces,
+  kMeshNotFinite,
+  kMeshSyntax,
+  kMeshTooLarge,
+  kMeshTruncated,
+  kMeshUnsupported,
+  kMethodNotAllowed,
+  kMultipartInvalid,
+  kMultipartPartMissing,
+  kMultipartPartUnknown,
+  kNotAcceptable,
+  kNotFound,
+  kOriginNotAllowed,
+  kOutputFormatUnknown,
+  kParameterInvalid,
+  kParameterOutOfRange,
+  kParameterUnknown,
+  kPayloadTooLarge,
+  kProcessUnavailable,
+  kProtobufInvalid,
+  kQueueFull,
+  kQuotaExceeded,
+  kRangeNotSatisfiable,
+  kRateLimited,
+  kRequestMalformed,
+  kRequestTimeout,
+  kResultDamaged,
+  kServerUnreachable,
+  kShuttingDown,
+  kSnapshotUnavailable,
+  kStorageFull,
+  kStoreUnavailable,
+  kTimeLimitExceeded,
+  kTooManyConnections,
+  kTooManyStreams,
+  kTransferEncodingUnsupported,
+  kUnauthorized,
+  kUploadDamaged,
+  kUriTooLong,
+  kUsage,
+  kWeightsInvalid,
+  kWorkerLost,
+};
+
+/// Short names: `code::kMeshEmpty`.
+namespace code {
+using enum ErrorCode;
+}
+
+}  // namespace crease
