@@ -18,6 +18,8 @@
 namespace creased {
 namespace {
 
+constexpr std::size_t kUsefulJobMb = 512;  // for about 200,000 faces; fewer workers rather than less for each
+
 std::string environment_name(const std::string& flag) {
   std::string name = "CREASED_";
   for (const char c : flag.substr(2))
@@ -60,7 +62,8 @@ void add_limit_options(CLI::App& command, MeshLimits& limits) {
 }
 
 void add_job_options(CLI::App& command, JobConfig& config) {
-  add(command, "--job-memory-mb", config.memory_mb, "Maximum memory of a job, in MiB")
+  add(command, "--job-memory-mb", config.memory_mb,
+      "Maximum memory of a job, in MiB; a job that may need more is refused")
       ->check(CLI::Range(64UL, 1'048'576UL));
   add(command, "--job-cpu-seconds", config.cpu_seconds, "Maximum processor time of one attempt of a job, in seconds")
       ->check(CLI::Range(1.0, 1e7));
@@ -247,7 +250,7 @@ std::string access_refusal(const ServeConfig& config) {
 void use_allowance(ServeConfig& config) {
   const Allowance allowed = allowance();
   config.threads = usable_processors(allowed, std::max(1U, std::thread::hardware_concurrency()));
-  config.workers = std::max<std::size_t>(1, config.threads / 2);
+  config.workers = affordable_processes(allowed, config.threads / 2, kUsefulJobMb);
   config.job.memory_mb = memory_per_job_mb(allowed, config.workers, config.job.memory_mb);
 }
 

@@ -131,6 +131,7 @@ class Service {
               .cors = CorsPolicy(config.access.cors_origins),
               .parameters = parameter_settings(config),
               .threads = static_cast<std::uint32_t>(config.threads),
+              .job_memory_bytes = std::uint64_t{config.job.memory_mb} << 20U,
               .not_ready = [this] { return health_.reason(); }}),
         housekeeper_(*store_, kHousekeeping,
                      [this](const std::string& id) {

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <functional>
+#include <limits>
 #include <string>
 
 #include "proto/parameter_table.h"
@@ -35,6 +36,7 @@ struct Services {
   CorsPolicy cors;
   crease::OperatorSettings parameters;
   std::uint32_t threads = 0;  ///< of a job that asks for none; 0 for as many as the machine has processors
+  std::uint64_t job_memory_bytes = std::numeric_limits<std::uint64_t>::max();  ///< that a job may need at most
   /// Why the service is not ready, as it is known; null to ask the store.
   std::function<std::string()> not_ready = nullptr;
   /// The number of open connections.

@@ -13,6 +13,7 @@
 #include "server/api/file_name.h"
 #include "server/api/jobs.h"
 #include "server/api/upload.h"
+#include "server/jobs/needs.h"
 
 namespace creased {
 namespace code = crease::code;
@@ -77,6 +78,17 @@ void check_faces(const crease::v1::InputFacts& input, const Limits& limits) {
               fmt::format("the mesh has {} faces; this caller may send at most {}", input.faces(), limits.max_faces));
 }
 
+/// Refuses a job that its process could not finish within the memory that there is for one.
+void check_memory(const crease::v1::Job& job, std::uint64_t available) {
+  constexpr std::uint64_t kMiB = 1U << 20U;
+  const std::uint64_t needed = needs_of(job.input(), job.parameters()).memory_bytes;
+  if (needed <= available) return;
+  throw Error::parameter(
+      code::kMeshTooLarge, "mesh", fmt::format("{} vertices and {} faces", job.input().vertices(), job.input().faces()),
+      fmt::format("a mesh whose job needs at most {} MiB of memory; this one may need {} MiB with threads={}",
+                  available / kMiB, (needed + kMiB - 1) / kMiB, job.parameters().threads()));
+}
+
 NewJob inspected(Services& services, const Caller& caller, const Submission& submission) {
   const std::string name = clean_file_name(submission.name);
   NewJob job;
@@ -88,6 +100,7 @@ NewJob inspected(Services& services, const Caller& caller, const Submission& sub
   crease::describe_upload(inspection.facts, name, submission.mesh->bytes(), submission.mesh->sha256());
   const crease::v1::Job settled =
       crease::settled(inspection.facts, with_defaults(submission.parameters, services), inspection.warnings);
+  check_memory(settled, services.job_memory_bytes);
   job.owner = caller.owner();
   job.owner_limits = {caller.limits.max_queued, std::uint64_t{caller.limits.max_stored_mb} << 20U};
   job.input = settled.input();

@@ -90,4 +90,10 @@ std::size_t memory_per_job_mb(const Allowance& allowance, std::size_t processes,
   return std::clamp((all - server) / std::max<std::size_t>(1, processes), kLeastJobMb, most);
 }
 
+std::size_t affordable_processes(const Allowance& allowance, std::size_t most, std::size_t each_mb) {
+  std::size_t processes = std::max<std::size_t>(1, most);
+  while (processes > 1 && memory_per_job_mb(allowance, processes, each_mb) < each_mb) --processes;
+  return processes;
+}
+
 }  // namespace creased

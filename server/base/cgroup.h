@@ -28,4 +28,7 @@ std::size_t usable_processors(const Allowance& allowance, std::size_t of_machine
 /// after the server's own share; at least 64.
 std::size_t memory_per_job_mb(const Allowance& allowance, std::size_t processes, std::size_t most);
 
+/// How many of `most` processes for jobs can have `each_mb` MiB; at least one.
+std::size_t affordable_processes(const Allowance& allowance, std::size_t most, std::size_t each_mb);
+
 }  // namespace creased

@@ -180,7 +180,7 @@ v1::Job SqliteStore::insert(const NewJob& request, const std::string& id, bool& 
   const std::string input = request.input.SerializeAsString(), parameters = request.parameters.SerializeAsString(),
                     warnings = warnings_bytes({request.warnings.begin(), request.warnings.end()}),
                     progress_bytes = progress.SerializeAsString();
-  const Needs needs = needs_of(request.input, request.parameters.sweeps());
+  const Needs needs = needs_of(request.input, request.parameters);
   const std::uint64_t bytes = size_of(request.upload) + size_of(request.weights) + needs.disk_bytes;
   const std::int64_t now = now_ms();
   const auto key = request.idempotency_key.empty() ? std::nullopt : std::optional<std::string>(request.idempotency_key);

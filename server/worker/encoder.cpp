@@ -1,5 +1,6 @@
 #include "server/worker/encoder.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "proto/result_formats.h"
@@ -15,11 +16,12 @@ v1::ComputeTask task_of(const Encoder::Options& options, const v1::EncodeTask& e
   v1::ComputeTask task;
   *task.mutable_encode() = encoding;
   v1::ComputeLimits& limits = *task.mutable_limits();
-  limits.set_memory_bytes(std::uint64_t{options.memory_limit_mb} << 20U);
   limits.set_cpu_seconds(static_cast<std::uint64_t>(std::chrono::ceil<std::chrono::seconds>(options.timeout).count()));
   const v1::InputFacts& input = encoding.job().input();
-  const std::uint64_t encoded = needs_of(input, encoding.job().parameters().sweeps()).encoded_bytes;
-  limits.set_file_bytes(encoded + (encoding.format() == crease::kOriginal ? 2 * std::uint64_t{input.bytes()} : 0));
+  const Needs needs = needs_of(input, encoding.job().parameters());
+  limits.set_memory_bytes(std::min(needs.memory_bytes, std::uint64_t{options.memory_limit_mb} << 20U));
+  limits.set_file_bytes(needs.encoded_bytes +
+                        (encoding.format() == crease::kOriginal ? 2 * std::uint64_t{input.bytes()} : 0));
   return task;
 }
 

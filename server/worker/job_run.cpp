@@ -66,9 +66,12 @@ Durability durability_of(v1::RunFile kind) {
 
 v1::ComputeLimits limits_of(const WorkerOptions& options, const v1::Job& job) {
   v1::ComputeLimits limits;
-  limits.set_memory_bytes(options.memory_bytes);
+  const Needs needs = needs_of(job.input(), job.parameters());
+  // A job that was accepted with more memory than this worker gives has as much as there is.
+  const bool all = options.memory_bytes == 0 || needs.memory_bytes < options.memory_bytes;
+  limits.set_memory_bytes(all ? needs.memory_bytes : options.memory_bytes);
   limits.set_cpu_seconds(options.cpu_seconds);
-  limits.set_file_bytes(needs_of(job.input(), job.parameters().sweeps()).file_bytes);
+  limits.set_file_bytes(needs.file_bytes);
   limits.set_max_vertices(options.limits.max_vertices);
   limits.set_max_faces(options.limits.max_faces);
   return limits;

@@ -1,3 +1,8 @@
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+#include "server/worker/sanitized.h"
 #include "tests/service/service_fixture.h"
 #include "tests/support/key_file.h"
 
@@ -257,6 +262,46 @@ TEST_F(TrustedConnections, OfAProxyAreNotLimited) {
   std::vector<RawConnection> held;
   for (int i = 0; i < 3 * kBound; ++i) held.push_back(busy("127.0.0.2"));
   EXPECT_EQ(one_more("127.0.0.2").status, 200);
+}
+
+/// The limits of address space, in bytes, of all processes below one.
+std::vector<std::uint64_t> memory_limits_below(int process) {
+  std::vector<std::uint64_t> found;
+  for (const int child : children_of(process)) {
+    std::ifstream limits(fmt::format("/proc/{}/limits", child));
+    for (std::string line; std::getline(limits, line);) {
+      std::uint64_t bytes = 0;
+      if (std::sscanf(line.c_str(), "Max address space %lu", &bytes) == 1) found.push_back(bytes);
+    }
+    const auto below = memory_limits_below(child);
+    found.insert(found.end(), below.begin(), below.end());
+  }
+  return found;
+}
+
+/// What a job may need is estimated from its mesh before it is accepted, and is the limit of its process.
+TEST(JobMemory, IsEstimatedForAdmissionAndForTheProcess) {
+  constexpr std::uint64_t kMiB = 1U << 20U;
+  const ServerProcess server(
+      {"--workers", "1", "--threads", "1", "--job-memory-mb", "64", "--max-connections", "16", "--max-streams", "4"});
+  const auto refused = exchange(server.port(), "POST", "/v1/jobs?name=large.obj", kObj, obj_text(cube(30)));
+  EXPECT_EQ(refused.status, 413) << refused.body;
+  EXPECT_EQ(refused.code(), "mesh_too_large");
+  EXPECT_EQ(refused.json()["field"], "mesh");
+  EXPECT_EQ(refused.json()["value"], "5402 vertices and 10800 faces");
+  EXPECT_TRUE(refused.json()["expected"].get<std::string>().starts_with("a mesh whose job needs at most 64 MiB"));
+  EXPECT_TRUE(server.get("/v1/jobs").json()["jobs"].empty());
+
+  const auto fits = server.submit(obj_text(cube(24)), "");
+  EXPECT_EQ(server.wait_for_end(fits["id"].get<std::string>())["state"], "succeeded") << "within its own estimate";
+
+  if (creased::kSanitized) return;  // sanitizers reserve more address space than any limit
+  const auto small = server.submit(obj_text(icosphere(3)), "sweeps=10000");
+  EXPECT_TRUE(eventually([&] {
+    const auto limits = memory_limits_below(server.pid());
+    return std::ranges::any_of(limits, [](std::uint64_t bytes) { return bytes > 50 * kMiB && bytes < 60 * kMiB; });
+  })) << "what the small job needs, and not what the service allows";
+  exchange(server.port(), "POST", "/v1/jobs/" + small["id"].get<std::string>() + "/cancel");
 }
 
 }  // namespace

@@ -77,6 +77,10 @@ TEST_F(CgroupTest, ProcessorsAndMemoryFollowTheAllowance) {
   EXPECT_EQ(of_memory(4 * kGiB, 1), 4'096U - 512);
   EXPECT_EQ(of_memory(4 * kGiB, 2), (4'096U - 512) / 2);
   EXPECT_EQ(of_memory(64 * kGiB, 1), 8'192U) << "never more than without a limit";
+  EXPECT_EQ(affordable_processes({.processors = {}, .memory_bytes = 4 * kGiB}, 32, 512), 7U);
+  EXPECT_EQ(affordable_processes({.processors = {}, .memory_bytes = kGiB / 4}, 32, 512), 1U);
+  EXPECT_EQ(affordable_processes({}, 32, 512), 32U);
+  EXPECT_EQ(affordable_processes({}, 0, 512), 1U);
   for (const std::uint64_t bytes : {kGiB / 8, kGiB, 3 * kGiB, 16 * kGiB}) {
     for (const std::size_t processes : {1U, 2U, 4U}) {
       const std::size_t each = of_memory(bytes, processes);

@@ -111,14 +111,46 @@ TEST(JobLife, AFailureNamesEachLostAttempt) {
 
 TEST(JobNeeds, GrowWithEverythingThatFilesHold) {
   crease::v1::InputFacts input;
-  const Needs nothing = needs_of(input, 0);
+  crease::v1::Parameters few, many;
+  few.set_sweeps(100);
+  many.set_sweeps(500);
+  const Needs nothing = needs_of(input, few);
   input.set_vertices(120'000);
-  const Needs vertices = needs_of(input, 0);
+  const Needs vertices = needs_of(input, few);
   EXPECT_GT(vertices.file_bytes, nothing.file_bytes + 120'000 * 100) << "vertices without faces have positions, too";
   EXPECT_GT(vertices.disk_bytes, nothing.disk_bytes);
   input.set_faces(1'000);
-  EXPECT_GT(needs_of(input, 0).disk_bytes, vertices.disk_bytes);
-  EXPECT_GT(needs_of(input, 500).work, needs_of(input, 100).work);
+  EXPECT_GT(needs_of(input, few).disk_bytes, vertices.disk_bytes);
+  EXPECT_GT(needs_of(input, many).work, needs_of(input, few).work);
+}
+
+TEST(JobNeeds, MemoryGrowsWithTheMeshTheUploadAndTheThreads) {
+  constexpr std::uint64_t kMiB = 1U << 20U;
+  crease::v1::InputFacts input;
+  const crease::v1::Parameters automatic = crease::resolve({});
+  crease::v1::Parameters sampler;
+  crease::set_parameter(sampler, "solver", "metropolis");
+  sampler = crease::resolve(sampler);
+  sampler.set_threads(automatic.threads());
+  EXPECT_LT(needs_of(input, automatic).memory_bytes, 64 * kMiB + automatic.threads() * 2 * kMiB)
+      << "the least that can be set does for a small mesh";
+  std::uint64_t before = needs_of(input, automatic).memory_bytes;
+  const auto expect_growth = [&] {
+    const std::uint64_t now = needs_of(input, automatic).memory_bytes;
+    EXPECT_GT(now, before);
+    before = now;
+  };
+  input.set_vertices(500'000);
+  expect_growth();
+  input.set_faces(1'000'000);
+  expect_growth();
+  input.set_edges(1'500'000);
+  expect_growth();
+  EXPECT_GT(before, 1'149 * kMiB) << "what a million faces were seen to need";
+  EXPECT_LT(before, 3'000 * kMiB);
+  EXPECT_LT(needs_of(input, sampler).memory_bytes, before);
+  input.set_bytes(100U << 20U);
+  EXPECT_GE(needs_of(input, automatic).memory_bytes, before + 200 * kMiB);
 }
 
 // Each method writes what it has come to after every sweep; the largest of these files, twice, has its place.
@@ -135,7 +167,7 @@ TEST(JobNeeds, HoldTheCheckpointsAndTheResultsOfEveryMethod) {
       return true;
     };
     const auto output = crease::run_job(input, crease::to_options(parameters), context);
-    const Needs needs = needs_of(crease::to_message(input.facts), parameters.sweeps());
+    const Needs needs = needs_of(crease::to_message(input.facts), parameters);
     const std::size_t result = crease::to_message(output.result).ByteSizeLong() + 24 * input.mesh.positions.size();
     const std::size_t glb = crease::encode_mesh(output.result, crease::MeshFormat::kGlb).size();
     EXPECT_GT(checkpoint, 0U) << solver;
