@@ -124,6 +124,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a limit on files makes a write fail, and does not end the process
   try {
     return run(argc, argv);
   } catch (const std::exception& error) {

@@ -271,8 +271,10 @@ int serve(const ServeConfig& config, const std::filesystem::path& executable) {
   } catch (const std::system_error& error) {
     const bool of_threads = error.code() == std::errc::resource_unavailable_try_again;
     if (of_threads) {
-      spdlog::critical("cannot start: a thread could not be started ({}); raise the limit of processes (ulimit -u)",
-                       error.what());
+      spdlog::critical(
+          "cannot start: a thread could not be started ({}); raise the limit of processes or memory (ulimit -u, ulimit "
+          "-v)",
+          error.what());
     } else {
       spdlog::critical("cannot listen on {} port {}: {}", config.host, config.port, error.what());
     }

@@ -65,5 +65,10 @@ TEST(Start, WithoutEnoughMemoryTheServerSaysSoAndEnds) {
   expect_refusal(start_within({"/usr/bin/prlimit", "--as=2000000000"}), "", "ulimit -v");
 }
 
+TEST(Start, WithALimitOnFilesTheServerSaysSoAndEnds) {
+  // Enough for the log, but not for the database. Without care, the signal of the limit would end the process unheard.
+  expect_refusal(start_within({"/usr/bin/prlimit", "--fsize=12288"}), "cannot start", "database");
+}
+
 }  // namespace
 }  // namespace crease::test
