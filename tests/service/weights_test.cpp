@@ -103,7 +103,7 @@ TEST_F(Weights, AreStoredWithTheJobForItsNextAttempt) {
   EXPECT_FALSE(std::filesystem::exists(file));
   const auto refused = post("[1]");
   EXPECT_EQ(refused.status, 422);
-  EXPECT_TRUE(std::filesystem::is_empty(server().data_dir() / "incoming"));
+  EXPECT_TRUE(eventually([&] { return std::filesystem::is_empty(server().data_dir() / "incoming"); }));
 }
 
 TEST_F(Weights, InAPartOverrideThoseInTheMesh) {
