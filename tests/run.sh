@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the tests: tests/run.sh [STEP…]
-# Without a step all of them run but faults, format, load, pictures and bench; each runs even when an earlier one failed,
-# unless the build did.
+# Without a step all of them run but faults, format, load, pictures, references and bench; each runs even when an earlier
+# one failed, unless the build did.
 #   build     the release preset, tests and benchmarks included
 #   unit service quality   the rooms of tests under ctest, one process for each suite
 #   openapi   the OpenAPI document through two linters, and the answers of the service tests against it
 #   gltf      results of the command line through the Khronos validator, originals through glTF-Transform
-#   page      the web page in Chromium; pictures in build/page
+#   page      the web page in Chromium; pictures in build/page, compared with tests/page/references
 #   lint      formatting and shellcheck
 #   asan      the unit tests under AddressSanitizer and UndefinedBehaviorSanitizer
 #   fuzz [SECONDS [TARGET…]]   what once was a fault, then every fuzzer for so long (5), in the build of asan
@@ -17,6 +17,7 @@
 #   format    rewrites every source as lint wants it
 #   load      streams, jobs a second, overload and a soak on a real server
 #   pictures  takes the pictures of the page in README.md anew: look at them before they are committed
+#   references   takes the pictures with which those of the page are compared: look at build/page before
 #   bench     proposals per second, against a textbook loop
 # CREASED_TEST_BUDGET=SECONDS leaves out tidy and tsan where they would begin after so long, and says so.
 set -euo pipefail
@@ -86,6 +87,11 @@ run_page() {
   npm ci --prefix tests/page --no-audit --no-fund
   CREASED_BIN=$PWD/$bin CREASED_SHOTS=$PWD/build/page CREASED_CLIENT=$PWD/build/release/client/page \
     node --test --test-concurrency=1 tests/page/page.test.mjs tests/page/client.test.mjs
+}
+
+run_references() {
+  rm -rf tests/page/references
+  CREASED_TAKE_REFERENCES=yes run_page
 }
 
 run_lint() { tests/lint.sh; }

@@ -5,6 +5,8 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { chromium } from 'playwright-core';
 
+// Without the graphics of the machine, so that pictures are the same everywhere.
+const kFlags = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', '--force-color-profile=srgb', '--font-render-hinting=none', '--disable-lcd-text'];
 const kBrowsers = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
 
 /** Resolves once `ready` gives something, looking every 50 ms. */
@@ -51,7 +53,7 @@ export class Service {
 export function openBrowser() {
   const executablePath = process.env.CREASED_BROWSER ?? kBrowsers.find((path) => existsSync(path));
   if (!executablePath) throw new Error('no Chromium; set CREASED_BROWSER');
-  return chromium.launch({ executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'] });
+  return chromium.launch({ executablePath, args: kFlags });
 }
 
 /** A page in a window of its own that keeps what must not happen: errors on its console, requests elsewhere. */

@@ -6,6 +6,7 @@ import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { cubeObj, openBrowser, openPage, Service } from './bench.mjs';
+import { compare, lookAt, reduced } from './compare.mjs';
 
 const bin = process.env.CREASED_BIN ?? 'build/release/bin';
 const shots = process.env.CREASED_SHOTS ?? 'build/page';
@@ -22,7 +23,7 @@ after(async () => {
   await service?.remove();
 });
 
-const shot = (page, name) => page.screenshot({ path: join(shots, `${name}.png`) });
+const shot = (page, name) => lookAt(page, shots, name);
 const done = (page) => page.locator('#result .figures').waitFor({ timeout: 120_000 });
 
 const cube = { name: 'cube.obj', mimeType: 'model/obj', buffer: Buffer.from(cubeObj()) };
@@ -33,6 +34,29 @@ async function accessible(page) {
   const { violations } = await page.evaluate(() => window.axe.run(document, { resultTypes: ['violations'] }));
   assert.deepEqual(violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.html).join(' ')}`), []);
 }
+
+test('a picture may have other edges and letters, but no other colour and no line less', () => {
+  const size = 800, red = [207, 51, 19], grey = [200, 196, 188];
+  /** A disc on white, its edge smooth or not, and a line across it as wide as that of a ridge. */
+  const drawn = ({ smooth = true, disc = grey, line = red }) => {
+    const data = Buffer.alloc(4 * size * size, 255);
+    const paint = (at, colour, share) => colour.forEach((c, k) => { data[at + k] = data[at + k] * (1 - share) + c * share; });
+    const cover = (depth) => Math.min(1, Math.max(0, smooth ? depth + 0.5 : Number(depth > 0)));
+    for (let y = 0; y < size; ++y) {
+      for (let x = 0; x < size; ++x) {
+        const at = 4 * (y * size + x);
+        paint(at, disc, cover(150 - Math.hypot(x - 200, y - 200)));
+        paint(at, line, cover(1.3 - Math.abs(0.4 * x - y + 120) / Math.hypot(0.4, 1)));
+      }
+    }
+    return { width: size, height: size, data };
+  };
+  const reference = reduced(drawn({}));
+  assert.ok(compare(drawn({}), reference).alike);
+  assert.ok(compare(drawn({ smooth: false }), reference).alike);
+  assert.ok(!compare(drawn({ line: grey }), reference).alike);
+  assert.ok(!compare(drawn({ disc: grey.map((c) => c - 20) }), reference).alike);
+});
 
 test('the page is there, is small, comes at once, and may load nothing else', async () => {
   const response = await fetch(service.url);
@@ -60,7 +84,7 @@ test('a sample is smoothed: divider, ridges, colours, section, downloads', async
   await page.getByRole('button', { name: /machined part/ }).click();
   await page.locator('.gear').waitFor();
   await page.locator('.run progress[value]').waitFor({ state: 'attached' }); // the job may be over by now
-  await shot(page, 'running');
+  await page.screenshot({ path: join(shots, 'running.png') });
   await done(page);
   await page.getByRole('slider', { name: /Divider/ }).waitFor();
   await shot(page, 'divided');
@@ -287,7 +311,7 @@ test('the documentation of the API is a page', async () => {
   const page = await openPage(browser, `${service.url}docs`);
   await page.getByText('/v1/jobs/{id}/mesh').waitFor();
   await accessible(page);
-  await shot(page, 'docs');
+  await page.screenshot({ path: join(shots, 'docs.png') }); // changes with every route
   assert.deepEqual(page.faults, []);
   await page.context().close();
 });
