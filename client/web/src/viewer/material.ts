@@ -50,7 +50,10 @@ void main() {
   if (facets || dot(direction, direction) < 1e-12) n = normalize(cross(dFdx(eye), dFdy(eye)));
   vec3 v = normalize(-eye);
   bool back = !gl_FrontFacing;
-  if (dot(n, v) < 0.0) n = -n;
+  float towards = dot(n, v);
+  // At folds a smooth normal may turn away where its face does not, and a sample of what lies behind may come through:
+  // both take the normal of the silhouette, so that no dark speck is left of them.
+  n = back && towards < -0.1 ? -n : normalize(n - min(towards, 0.0) * v);
   vec3 base = toLinear(clay);
   if (coloured) {
     float x = classes ? flatValue : smoothValue;
@@ -132,9 +135,6 @@ export class SurfaceMaterial extends ShaderMaterial {
       vertexShader: kVertex,
       fragmentShader: kFragment,
       side: DoubleSide,
-      polygonOffset: true,
-      polygonOffsetFactor: 1,
-      polygonOffsetUnits: 1,
       uniforms: {
         clay: { value: new Color('#d6cfc3') },
         inside: { value: new Color('#8a5a4a') },
