@@ -146,6 +146,32 @@ test('a second job with other parameters is compared with the first', async () =
   await page.getByLabel('Colour by').selectOption('difference');
   await shot(page, 'compared');
   await page.getByRole('button', { name: 'Divide' }).click();
+  await page.reload();
+  await page.getByRole('columnheader', { name: 'right' }).waitFor();
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test('a job is compared with one of before, chosen from the list', async () => {
+  const submit = async (parameters, body = cube.buffer) => {
+    const response = await fetch(`${service.url}v1/jobs?name=chosen.obj&${parameters}`, { method: 'POST', headers: { 'Content-Type': 'model/obj', Prefer: 'wait=60' }, body });
+    return (await response.json()).id;
+  };
+  const gentle = await submit('strength=0.25'), other = await submit('strength=0.75', Buffer.from(cubeObj(4))), usual = await submit('strength=1');
+  const page = await openPage(browser, `${service.url}#job=${usual}`);
+  await done(page);
+  await page.getByRole('button', { name: 'Compare', exact: true }).click();
+  await accessible(page);
+  await page.getByRole('dialog').getByRole('button', { name: /The same mesh with strength 0.25/ }).click();
+  await page.getByRole('columnheader', { name: 'right' }).waitFor();
+  assert.match(page.url(), new RegExp(`job=${usual}&with=${gentle}$`));
+  assert.match(await page.getByRole('row', { name: /Strength/ }).textContent(), /0.25.*1/);
+  await page.getByLabel('Colour by').selectOption('difference');
+  await page.locator('.histogram').waitFor();
+  await page.getByRole('button', { name: 'Compare with another job' }).click();
+  await page.getByRole('dialog').getByRole('button', { name: /Another mesh/ }).first().click();
+  await page.waitForURL((url) => url.hash.endsWith(`with=${other}`));
+  await page.getByText('The two jobs are of different meshes.').waitFor();
   assert.deepEqual(page.faults, []);
   await page.context().close();
 });

@@ -4,11 +4,12 @@ import { addressOf, hashOf, linksOf, placeOf } from './address';
 import { measuresOf } from './mesh/measures';
 import { readInWorker } from './mesh/reader';
 import type { Surface } from './mesh/surface';
-import { loadOutcome, type Outcome } from './session';
+import { loadOutcome, sameMesh, type Outcome } from './session';
 import { Snapshots } from './snapshots';
+import { listenForMeshes, type Upload } from './ui/arrivals';
 import { downloadsOf, quickDownload, save } from './ui/away';
 import { Commands, creaseCommand, curlCommand } from './ui/commands';
-import { askForKey, askForText, showJobs, showKeys } from './ui/dialogs';
+import { askForKey, askForText, chooseOther, showJobs, showKeys } from './ui/dialogs';
 import { fill, h, iconButton, section, unfold } from './ui/dom';
 import { Hover } from './ui/hover';
 import { LookPanel } from './ui/look_panel';
@@ -24,11 +25,6 @@ import { Stage, type Arrangement } from './viewer/stage';
 
 const kRidgeThreshold = 0.5;
 const kRecentJobs = 3;
-
-interface Upload {
-  bytes: Blob;
-  name: string;
-}
 
 /** The page: one mesh, its jobs, and what they made of it. */
 export class Workbench {
@@ -49,7 +45,7 @@ export class Workbench {
     this.stage.after.light(vertices, closed);
     this.stage.redraw();
   });
-  private readonly file = h('input', { type: 'file', hidden: true, 'aria-label': 'Mesh file', accept: '.obj,.ply,.off,.stl,.gltf,.glb' });
+  private readonly file = listenForMeshes(this.holder, (upload) => void this.open(upload));
   private readonly parts: Record<'facts' | 'result' | 'away', HTMLElement> = { facts: h('div'), result: h('div'), away: h('div') };
   private parameters?: ParameterForm;
   private upload?: Upload;
@@ -66,6 +62,7 @@ export class Workbench {
       measure: (on) => this.ruler.toggle(on),
       picture: () => void this.savePicture(),
       arranged: (name) => this.arrange(name),
+      compare: () => void this.compare(),
     });
     this.look = new LookPanel(this.stage, (on) => this.views.wire.setAttribute('aria-pressed', String(on)));
     this.ruler = new Ruler(this.stage, () => this.job?.input.mean_edge_length ?? 0);
@@ -102,25 +99,6 @@ export class Workbench {
   }
 
   private listen(): void {
-    this.file.addEventListener('change', () => {
-      const file = this.file.files?.[0];
-      if (file) void this.open({ bytes: file, name: file.name });
-      this.file.value = '';
-    });
-    window.addEventListener('dragover', (event) => {
-      event.preventDefault();
-      this.holder.classList.add('dropping');
-    });
-    window.addEventListener('dragleave', (event) => {
-      if (event.relatedTarget === null) this.holder.classList.remove('dropping');
-    });
-    window.addEventListener('drop', (event) => {
-      event.preventDefault();
-      this.holder.classList.remove('dropping');
-      const file = event.dataTransfer?.files[0];
-      if (file) void this.open({ bytes: file, name: file.name });
-    });
-    window.addEventListener('paste', (event) => this.paste(event));
     window.addEventListener('hashchange', () => void this.route());
     window.addEventListener('keydown', (event) => this.shortcut(event));
     window.addEventListener('unhandledrejection', (event) => {
@@ -134,14 +112,6 @@ export class Workbench {
       const hit = this.stage.pick(event.offsetX, event.offsetY);
       if (hit) this.ruler.add(hit);
     });
-  }
-
-  private paste(event: ClipboardEvent): void {
-    if (event.target instanceof HTMLInputElement || event.target instanceof HTMLTextAreaElement) return;
-    const file = event.clipboardData?.files[0];
-    const text = event.clipboardData?.getData('text/plain');
-    if (file) void this.open({ bytes: file, name: file.name });
-    else if (text && text.length > 30) void this.open({ bytes: new Blob([text]), name: 'pasted' });
   }
 
   private shortcut(event: KeyboardEvent): void {
@@ -304,12 +274,28 @@ export class Workbench {
       edgeLength: outcome.job.input.mean_edge_length,
       labels: outcome.labels,
       ...(outcome.measured ? { measured: outcome.measured } : {}),
-      ...(this.compared ? { other: this.compared.surface } : {}),
+      ...(this.compared ? { other: sameMesh(this.compared, outcome) ? this.compared.surface : undefined } : {}),
       ...(this.parameters?.allows('uncertainty') ? { askForUncertainty: () => this.againWith('uncertainty', true) } : {}),
     }), outcome.surface);
     this.views.offer(true, true, this.compared !== undefined);
     this.views.show(this.compared ? 'beside' : 'divided');
     this.theme();
+  }
+
+  /** Lets someone choose a job of before, and puts it beside the one that is shown. */
+  private async compare(): Promise<void> {
+    const { outcome } = this;
+    if (!outcome) return;
+    const { signal } = this.following;
+    await this.attempt(async () => {
+      const other = await chooseOther(this.client, outcome.job);
+      if (!other) return;
+      this.compared = await loadOutcome(this.client, other, signal);
+      if (this.outcome !== outcome) return;
+      history.pushState(null, '', hashOf({ job: outcome.job.id, with: other.id }));
+      await this.showOutcome(outcome);
+      this.drawPanel();
+    });
   }
 
   /** Puts on the left what a view has there: the result before, to compare with, or the measured mesh. */
@@ -341,7 +327,8 @@ export class Workbench {
     const done = job?.state === 'succeeded' && outcome !== undefined;
     this.updateCommands();
     if (job) fill(this.parts.facts, factsOf(job));
-    fill(this.parts.result, done && quickDownload(this.client, job, (error) => this.fail(error), () => unfold('away')), done && figuresOf(job, this.compared?.job));
+    fill(this.parts.result, done && quickDownload(this.client, job, (error) => this.fail(error), () => unfold('away')), done && figuresOf(job, this.compared?.job),
+      done && h('button', { type: 'button', class: 'text-button', onclick: () => void this.compare() }, this.compared ? 'Compare with another job' : 'Compare with a job of before'));
     fill(this.parts.away, done && downloadsOf(this.client, job, {
       picture: () => this.savePicture(),
       link: () => addressOf(this.client, job.id),
@@ -371,8 +358,8 @@ export class Workbench {
     if (this.upload && job && (job.state === 'queued' || job.state === 'running')) await this.attempt(() => this.client.cancel(job.id));
     if (!this.upload && job) {
       await this.attempt(async () => {
-        const bytes = await this.client.mesh(job.id, { format: 'ply', measured: true });
-        this.upload = { bytes: new Blob([bytes]), name: job.input.name.replace(/\.[^.]*$/, '') + '.ply' };
+        const bytes = await this.client.mesh(job.id, { format: 'original', measured: true });
+        this.upload = { bytes: new Blob([bytes]), name: job.input.name };
       });
     }
     await this.submit();

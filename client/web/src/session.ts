@@ -11,6 +11,10 @@ export interface Outcome {
   ridges?: RidgeLines;
 }
 
+/** Whether two jobs are of one mesh, so that their results can be compared vertex by vertex. */
+export const sameMesh = ({ job: { input: a } }: Outcome, { job: { input: b } }: Outcome): boolean =>
+  a.sha256 === b.sha256 || (a.vertices === b.vertices && a.faces === b.faces && a.edges === b.edges);
+
 // Edges below this are never drawn, and most are.
 const kLeastLabel = 0.02;
 

@@ -7,8 +7,8 @@ export interface Comparison {
   labels?: EdgeLabels;
   /** Mean length of the edges of the upload. */
   edgeLength: number;
-  /** The result that this one is compared with. */
-  other?: Surface;
+  /** The result that this one is compared with; undefined where that is of another mesh. */
+  other?: Surface | undefined;
   /** Makes the job once more with the uncertainty of its vertices; undefined where its method has none. */
   askForUncertainty?: () => void;
 }
@@ -63,17 +63,18 @@ function doubt(surface: Surface, labels: EdgeLabels): Float32Array {
 }
 
 /** What a result can be coloured by. */
-export function measuresOf({ measured, labels, edgeLength, other, askForUncertainty }: Comparison): Measure[] {
+export function measuresOf(of: Comparison): Measure[] {
+  const { measured, labels, edgeLength, other, askForUncertainty } = of;
   const measures: Measure[] = [];
   if (measured) {
     measures.push({ name: 'displacement', unit: 'edge lengths along the normal', scale: 'diverging',
       meaning: 'How far each point moved from where it was measured. Blue is inward, red outward.',
       values: (surface) => along(measured, surface, edgeLength) });
   }
-  if (other) {
+  if ('other' in of) {
     measures.push({ name: 'difference', unit: 'edge lengths along the normal', scale: 'diverging',
       meaning: 'How far this result is from the one it is compared with.',
-      values: (surface) => along(other, surface, edgeLength) });
+      values: (surface) => other && along(other, surface, edgeLength), missing: { words: 'The two jobs are of different meshes.' } });
   }
   measures.push({ name: 'curvature', unit: 'radians per edge length', scale: 'diverging',
     meaning: 'How the surface bends. Blue is hollow, red bulges.', values: (surface) => curvature(surface, edgeLength) });

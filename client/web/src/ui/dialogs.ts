@@ -1,6 +1,6 @@
 import type { Client, Job } from 'creased-client';
 import { h, iconButton } from './dom';
-import { count, stateWord } from './words';
+import { count, parameterWords, stateWord } from './words';
 
 /** A window over the page, which closes by its button, by Escape, or by a click beside it. */
 export function openDialog(title: string, ...content: Node[]): HTMLDialogElement {
@@ -49,34 +49,67 @@ export function askForText(): Promise<string | undefined> {
 const kJobsPerPage = 50;
 const kDate = new Intl.DateTimeFormat(undefined, { dateStyle: 'medium', timeStyle: 'short' });
 
-/** The jobs of the service that this caller may see. */
-export async function showJobs(client: Client, open: (job: Job) => void): Promise<void> {
+const nameOf = (job: Job): string => job.input.name || job.id;
+
+/** A job as a button: its name, how it is, and `about`. */
+const jobButton = (job: Job, about: string, onclick: () => void): HTMLElement =>
+  h('button', { type: 'button', class: 'grow job', onclick },
+    h('strong', {}, nameOf(job)), h('span', { class: `state ${job.state}` }, stateWord(job)), h('span', { class: 'quiet-text' }, about));
+
+const sizeAndDate = (job: Job): string => `${count(job.input.faces, 'face')}, ${kDate.format(new Date(job.created_at))}`;
+
+/** A window with jobs of this caller, page by page, each as `item` makes it; it may leave one out. */
+async function listJobs(client: Client, title: string, query: { state?: Job['state'] }, item: (job: Job) => HTMLElement | undefined, first: (job: Job) => boolean = () => false): Promise<HTMLDialogElement> {
   const list = h('ul', { class: 'jobs' });
   const note = h('p', { class: 'quiet-text', role: 'status' }, 'Asking the service…');
   const more = h('button', { type: 'button', class: 'button', hidden: true, onclick: () => void add() }, 'Older jobs');
-  const dialog = openDialog('Jobs', list, note, more);
-  const item = (job: Job): HTMLElement => {
-    const remove = iconButton('close', `Delete ${job.input.name || job.id}`, async () => {
-      await client.remove(job.id);
-      row.remove();
-    });
-    const row = h('li', { class: 'row' },
-      h('button', { type: 'button', class: 'grow job', onclick: () => { dialog.close(); open(job); } },
-        h('strong', {}, job.input.name || job.id),
-        h('span', { class: `state ${job.state}` }, stateWord(job)),
-        h('span', { class: 'quiet-text' }, `${count(job.input.faces, 'face')}, ${kDate.format(new Date(job.created_at))}`)),
-      remove);
-    return row;
-  };
+  const dialog = openDialog(title, list, note, more);
   let cursor: string | undefined;
   const add = async () => {
-    const page = await client.jobs({ limit: kJobsPerPage, ...(cursor ? { cursor } : {}) });
-    list.append(...page.jobs.map(item));
+    const page = await client.jobs({ limit: kJobsPerPage, ...query, ...(cursor ? { cursor } : {}) });
+    const jobs = [...page.jobs].sort((a, b) => Number(first(b)) - Number(first(a)));
+    list.append(...jobs.map(item).filter((one) => one !== undefined));
     cursor = page.next_cursor || undefined;
     more.hidden = !cursor;
     note.textContent = list.children.length > 0 ? '' : 'None yet.';
   };
-  await add();
+  await add().catch((error: unknown) => {
+    dialog.close();
+    throw error;
+  });
+  return dialog;
+}
+
+/** The jobs of the service that this caller may see. */
+export async function showJobs(client: Client, open: (job: Job) => void): Promise<void> {
+  const dialog = await listJobs(client, 'Jobs', {}, (job) => {
+    const remove = iconButton('close', `Delete ${nameOf(job)}`, async () => {
+      await client.remove(job.id);
+      row.remove();
+    });
+    const row = h('li', { class: 'row' }, jobButton(job, sizeAndDate(job), () => { dialog.close(); open(job); }), remove);
+    return row;
+  });
+}
+
+/** In what a job is another than `job`. */
+function otherThan(job: Job, other: Job): string {
+  if (other.input.sha256 !== job.input.sha256) return 'Another mesh';
+  const before = job.parameters as Record<string, unknown>;
+  const own = Object.entries(other.parameters).filter(([name, value]) => value !== before[name]).map(([name, value]) => `${parameterWords(name).toLowerCase()} ${String(value)}`);
+  return own.length > 0 ? `The same mesh with ${own.join(', ')}` : 'The same mesh and parameters';
+}
+
+/** Lets someone choose one of the jobs that are done, to compare `job` with; with what is different in each. */
+export function chooseOther(client: Client, job: Job): Promise<Job | undefined> {
+  return new Promise((resolve, reject) => {
+    let chosen: Job | undefined;
+    const listed = listJobs(client, 'Compare with', { state: 'succeeded' }, (other) => {
+      if (other.id === job.id) return undefined;
+      return h('li', { class: 'row' }, jobButton(other, `${otherThan(job, other)}. ${sizeAndDate(other)}`, () => { chosen = other; void listed.then((dialog) => dialog.close()); }));
+    }, (other) => other.input.sha256 === job.input.sha256);
+    listed.then((dialog) => dialog.addEventListener('close', () => resolve(chosen)), reject);
+  });
 }
 
 const kKeys: [string, string][] = [

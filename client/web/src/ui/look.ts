@@ -13,7 +13,7 @@ export interface Measure {
   meaning: string;
   values: (surface: Surface) => Float32Array | undefined;
   /** What can be done when there are none. */
-  missing?: { words: string; remedy: string; act: () => void };
+  missing?: { words: string; remedy?: string; act?: () => void };
 }
 
 /** Chooses what the mesh is coloured by; its histogram is the legend, and dragging over it selects. */
@@ -50,7 +50,7 @@ export class ColourPicker {
     if (!measure || !values) {
       delete this.values;
       fill(this.legend, measure && h('span', { class: 'quiet-text' }, measure.missing?.words ?? 'This result does not have it.'),
-        measure?.missing && h('button', { type: 'button', class: 'button', onclick: measure.missing.act }, measure.missing.remedy));
+        measure?.missing?.remedy && h('button', { type: 'button', class: 'button', onclick: measure.missing.act }, measure.missing.remedy));
       this.apply();
       return;
     }

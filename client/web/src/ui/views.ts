@@ -11,12 +11,13 @@ export class Views {
   private readonly divider: HTMLButtonElement;
   private readonly captions = h('div', { class: 'captions', hidden: true }, h('span', {}, 'first job'), h('span', {}, 'second job'));
   private readonly gear = h('div', { class: 'gear', role: 'toolbar', 'aria-label': 'Tools', hidden: true });
+  private two = false;
   readonly wire: HTMLButtonElement;
   readonly ruler: HTMLButtonElement;
 
   constructor(
     private readonly stage: Stage,
-    private readonly tools: { wire: (on: boolean) => void; measure: (on: boolean) => void; picture: () => void; arranged: (name: Arrangement) => void },
+    private readonly tools: { wire: (on: boolean) => void; measure: (on: boolean) => void; picture: () => void; arranged: (name: Arrangement) => void; compare: () => void },
   ) {
     fill(this.choice, ...kNames.map(([name, words]) => h('button', { type: 'button', 'data-view': name, 'aria-pressed': false, onclick: () => this.show(name) }, words)));
     this.divider = h('button', { type: 'button', class: 'divider', role: 'slider', 'aria-label': 'Divider between before and after', 'aria-valuemin': 0, 'aria-valuemax': 100, 'aria-orientation': 'horizontal', hidden: true },
@@ -32,11 +33,13 @@ export class Views {
   offer(mesh: boolean, result: boolean, two = false): void {
     this.gear.hidden = !mesh;
     this.choice.hidden = !result;
-    this.choice.querySelector<HTMLElement>('[data-view=beside]')!.hidden = !two;
+    this.two = two;
     this.refresh();
   }
 
+  /** Shows a view; the one of two jobs, where there is only one yet, after the other has been chosen. */
   show(name: Arrangement): void {
+    if (name === 'beside' && !this.two) return this.tools.compare();
     this.tools.arranged(name);
     this.stage.arrangement = name;
     this.refresh();

@@ -1,8 +1,9 @@
 import type { CreasedError, Job } from 'creased-client';
 
-const whole = new Intl.NumberFormat('en');
+const thousands = new Intl.NumberFormat('en');
 
-export const count = (n: number, one: string, many = `${one}s`): string => `${whole.format(n)} ${n === 1 ? one : many}`;
+export const whole = (n: number): string => thousands.format(n);
+export const count = (n: number, one: string, many = `${one}s`): string => `${whole(n)} ${n === 1 ? one : many}`;
 export const number = (x: number, digits = 3): string => {
   if (x === 0) return '0';
   const size = Math.abs(x);
@@ -46,7 +47,8 @@ export function findings({ input, warnings }: Job): Finding[] {
   if (input.duplicate_faces > 0) say('care', `${count(input.duplicate_faces, 'face is', 'faces are')} there twice.`);
   if (input.flipped_faces > 0) say('care', `${count(input.flipped_faces, 'face points', 'faces point')} the other way than its neighbours.`);
   if (input.isolated_vertices > 0) say('plain', `${count(input.isolated_vertices, 'vertex belongs', 'vertices belong')} to no face.`);
-  for (const warning of warnings) say('care', sentence(warning.detail));
+  // What a caller of the API asks for with format=original is one of the downloads here.
+  for (const warning of warnings) say('care', sentence(warning.detail.replace('format=original', 'the download in the original format')));
   return found;
 }
 
