@@ -1,6 +1,7 @@
 // The page in a real browser against the real service: node --test, with CREASED_BIN, and CREASED_SHOTS for pictures.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
+import { createHash } from 'node:crypto';
 import { mkdirSync, readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
@@ -172,6 +173,32 @@ test('a job is compared with one of before, chosen from the list', async () => {
   await page.getByRole('dialog').getByRole('button', { name: /Another mesh/ }).first().click();
   await page.waitForURL((url) => url.hash.endsWith(`with=${other}`));
   await page.getByText('The two jobs are of different meshes.').waitFor();
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test('what was uploaded comes back with all that is in it', async () => {
+  const page = await openPage(browser, service.url);
+  const buffer = Buffer.from(`# from a scanner\no cube\n${cube.buffer}`);
+  await page.getByLabel('Mesh file').setInputFiles({ ...cube, buffer });
+  await done(page);
+  const words = async (name) => {
+    const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name }).click()]);
+    return readFileSync(await download.path(), 'utf8');
+  };
+  assert.match(await words('Download OBJ'), /# from a scanner\no cube\nv /);
+  await page.locator('#away > summary').click();
+  assert.match(await words(/^Original/), /# from a scanner\no cube\nv /);
+  assert.doesNotMatch(await words(/^OBJ/), /scanner/);
+  // A job that is found again is smoothed again from the same file.
+  await page.reload();
+  await done(page);
+  await page.locator('#parameters > summary').click();
+  const first = page.url();
+  await page.getByRole('button', { name: 'Smooth again' }).click();
+  await page.waitForURL((url) => url.href !== first);
+  const { jobs } = await (await fetch(`${service.url}v1/jobs?limit=1`)).json();
+  assert.equal(jobs[0].input.sha256, createHash('sha256').update(buffer).digest('hex'));
   assert.deepEqual(page.faults, []);
   await page.context().close();
 });

@@ -2,7 +2,7 @@ import { labelFormats, meshFormats, reportFormats, ridgeFormats, type Client, ty
 import { fill, h, icon } from './dom';
 
 const kMeanings: Record<string, string> = {
-  'mesh.original': 'the format of the upload, with all else that it had',
+  'mesh.original': 'your file, with all else that is in it; only positions and normals are new',
   'mesh.glb': 'with ridges, normals and labels',
   'mesh.ply': 'binary, double precision, with labels',
   'mesh.obj': 'text',
@@ -18,7 +18,7 @@ const kMeanings: Record<string, string> = {
 };
 type Format = NonNullable<LinkQuery['format']>;
 const kParts: [part: LinkQuery['result'], formats: readonly Format[]][] = [
-  ['mesh', meshFormats],
+  ['mesh', ['original', ...meshFormats.filter((format) => format !== 'original')]],
   ['labels', labelFormats],
   ['ridges', ridgeFormats],
   ['report', reportFormats],
@@ -78,11 +78,10 @@ export function downloadsOf(client: Client, job: Job, { picture, link, failed }:
       busyButton(copy, failed, { class: 'button' }, icon('link'), 'Link to this job'), copied));
 }
 
-/** The mesh in the format in which it came, where there is such a one, and the way to all others. */
+/** The upload with its positions smoothed, in the format in which it came, and the way to all others. */
 export function quickDownload(client: Client, job: Job, failed: Takings['failed'], others: () => void): HTMLElement {
-  const extension = job.input.name.toLowerCase().match(/[^.]+$/)?.[0];
-  const format = meshFormats.find((one) => one === extension) ?? 'ply';
+  const work = () => saveFromService(client, job, { result: 'mesh', format: 'original' });
   return h('div', { class: 'row' },
-    busyButton(() => saveFromService(client, job, { result: 'mesh', format }), failed, { class: 'button primary' }, icon('down'), `Download ${format.toUpperCase()}`),
+    busyButton(work, failed, { class: 'button primary', title: kMeanings['mesh.original'] }, icon('down'), `Download ${job.input.format.toUpperCase()}`),
     h('button', { type: 'button', class: 'text-button', onclick: others }, 'Other formats'));
 }

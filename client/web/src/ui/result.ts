@@ -1,6 +1,6 @@
 import type { Job, RidgeLines } from 'creased-client';
 import { fill, h } from './dom';
-import { choiceWords, count, findings, noiseWord, number, parameterWords, percent, stateWord } from './words';
+import { choiceWords, count, findings, noiseWord, number, parameterWords, percent, seconds, stateWord, whole } from './words';
 
 type RidgeLine = RidgeLines['ridges'][number];
 
@@ -18,15 +18,15 @@ export function factsOf(job: Job): HTMLElement {
 
 type Figure = [name: string, value: (job: Job) => string];
 const kFigures: Figure[] = [
-  ['Ridge edges', (job) => number(job.result!.ridge_edges, 7)],
-  ['Ridge lines', (job) => number(job.result!.ridge_lines, 7)],
-  ['Corners', (job) => number(job.result!.corners, 7)],
-  ['Smooth segments', (job) => number(job.result!.segments, 7)],
-  ['Length of ridges', (job) => number(job.result!.ridge_length, 4)],
+  ['Ridge edges', (job) => whole(job.result!.ridge_edges)],
+  ['Ridge lines', (job) => whole(job.result!.ridge_lines)],
+  ['Corners', (job) => whole(job.result!.corners)],
+  ['Smooth segments', (job) => whole(job.result!.segments)],
+  ['Length of ridges', (job) => `${number(job.result!.ridge_length, 4)} units`],
   ['Moved, typically', (job) => `${number(job.result!.rms_displacement, 2)} edges`],
   ['Moved, at most', (job) => `${number(job.result!.max_displacement, 2)} edges`],
   ['Volume', (job) => job.input.boundary_edges > 0 ? 'open' : `${job.result!.volume_change >= 0 ? '+' : '−'}${percent(Math.abs(job.result!.volume_change))}`],
-  ['Time', (job) => `${number(job.result!.seconds, 2)} s`],
+  ['Time', (job) => job.result!.seconds < 10 ? `${number(job.result!.seconds, 2)} s` : seconds(job.result!.seconds)],
 ];
 
 const shown = (value: unknown): string => (value === undefined ? '–' : typeof value === 'number' ? number(value, 4) : String(value).replaceAll('_', ' '));
