@@ -98,3 +98,29 @@ export function cubeObj(n = 6) {
   const noise = () => { seed = (seed * 16807) % 2147483647; return (seed / 2147483647 - 0.5) * 0.4; };
   return `${[...vertices.keys()].map((p) => `v ${p.split(' ').map((x) => Number(x) + noise()).join(' ')}`).join('\n')}\n${faces.join('\n')}\n`;
 }
+
+/** A square with waves of so many vertices along a side, as binary PLY. */
+export function wavesPly(side) {
+  const faces = 2 * (side - 1) ** 2;
+  const head = Buffer.from(`ply\nformat binary_little_endian 1.0\nelement vertex ${side * side}\nproperty float x\nproperty float y\nproperty float z\n`
+    + `element face ${faces}\nproperty list uchar int vertex_indices\nend_header\n`);
+  const body = Buffer.alloc(12 * side * side + 13 * faces);
+  let at = 0;
+  const triangle = (...corners) => {
+    at = body.writeUInt8(3, at);
+    for (const corner of corners) at = body.writeInt32LE(corner, at);
+  };
+  for (let i = 0; i < side; ++i) {
+    for (let j = 0; j < side; ++j) {
+      for (const value of [i, j, 8 * Math.sin(i / 20) * Math.cos(j / 25)]) at = body.writeFloatLE(value, at);
+    }
+  }
+  for (let i = 0; i + 1 < side; ++i) {
+    for (let j = 0; j + 1 < side; ++j) {
+      const v = i * side + j;
+      triangle(v, v + side, v + side + 1);
+      triangle(v, v + side + 1, v + 1);
+    }
+  }
+  return Buffer.concat([head, body]);
+}

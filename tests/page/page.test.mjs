@@ -6,7 +6,7 @@ import { mkdirSync, readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { cubeObj, openBrowser, openPage, Service } from './bench.mjs';
+import { cubeObj, openBrowser, openPage, Service, until, wavesPly } from './bench.mjs';
 import { compare, lookAt, reduced } from './compare.mjs';
 
 const bin = process.env.CREASED_BIN ?? 'build/release/bin';
@@ -98,7 +98,7 @@ test('a sample is smoothed: divider, ridges, colours, section, downloads', async
   assert.ok(Number(await page.getByRole('slider', { name: /Divider/ }).getAttribute('aria-valuenow')) < 40);
   await page.locator('canvas').focus();
   await page.keyboard.press('Space');
-  assert.equal(await page.getByRole('button', { name: 'Before' }).getAttribute('aria-pressed'), 'true');
+  assert.equal(await page.getByRole('button', { name: 'Before', exact: true }).getAttribute('aria-pressed'), 'true');
   await page.keyboard.press('Space');
   const edges = async () => Number((await page.locator('output[for=threshold]').textContent()).match(/: ([\d,]+)/)[1].replace(',', ''));
   const usual = await edges();
@@ -142,7 +142,7 @@ test('a second job with other parameters is compared with the first', async () =
   await page.getByRole('tab', { name: 'crease' }).click();
   assert.match(await page.locator('.commands code').textContent(), /-p strength=0.3/);
   await page.getByRole('button', { name: 'Smooth again' }).click();
-  await page.getByRole('button', { name: 'Compare' }).waitFor();
+  await page.getByRole('button', { name: 'Compare', exact: true }).waitFor();
   await page.getByRole('columnheader', { name: 'right' }).waitFor();
   await page.getByLabel('Colour by').selectOption('difference');
   await shot(page, 'compared');
@@ -234,6 +234,38 @@ test('what is under the pointer, lengths, the list of ridges, a section, and num
   await smallest.press('Enter');
   await page.locator('.histogram .band[width]:not([width="0"])').waitFor({ state: 'attached' });
   await page.getByText(/vertices in this range/).waitFor();
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test('a large mesh is turned with few of its faces, and drawn whole at rest', async () => {
+  const side = 460, faces = 2 * (side - 1) ** 2;
+  const response = await fetch(`${service.url}v1/jobs?name=large.ply&method=taubin&iterations=1`, { method: 'POST', headers: { 'Content-Type': 'model/ply', Prefer: 'wait=60' }, body: wavesPly(side) });
+  const { id } = await response.json();
+  const page = await openPage(browser, service.url);
+  // Counts the triangles of each frame.
+  await page.addInitScript(() => {
+    const { prototype } = WebGL2RenderingContext, { drawElements, clear } = prototype;
+    prototype.clear = function (...rest) { window.drawn = 0; return clear.apply(this, rest); };
+    prototype.drawElements = function (mode, count, ...rest) {
+      if (mode === this.TRIANGLES) window.drawn += count / 3;
+      return drawElements.call(this, mode, count, ...rest);
+    };
+  });
+  await page.goto(`${service.url}?#job=${id}`);
+  await done(page);
+  await page.getByRole('button', { name: 'After', exact: true }).click();
+  const drawn = (fits) => until('a frame of so many faces', async () => fits(await page.evaluate(() => window.drawn)), 60);
+  await drawn((n) => n === faces);
+  const { x, y, width, height } = await page.locator('canvas').boundingBox();
+  await page.mouse.move(x + width / 2, y + height / 2);
+  await page.mouse.down();
+  await page.mouse.move(x + width / 2 + 20, y + height / 2, { steps: 2 });
+  await drawn((n) => n > 0 && n < faces / 4);
+  await page.mouse.up();
+  await drawn((n) => n === faces);
+  await page.mouse.move(x + width / 2, y + height / 2 + 1);
+  await page.locator('.hover').getByText(/face \d+, vertex \d+/).waitFor();
   assert.deepEqual(page.faults, []);
   await page.context().close();
 });

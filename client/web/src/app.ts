@@ -328,7 +328,7 @@ export class Workbench {
     this.updateCommands();
     if (job) fill(this.parts.facts, factsOf(job));
     fill(this.parts.result, done && quickDownload(this.client, job, (error) => this.fail(error), () => unfold('away')), done && figuresOf(job, this.compared?.job),
-      done && h('button', { type: 'button', class: 'text-button', onclick: () => void this.compare() }, this.compared ? 'Compare with another job' : 'Compare with a job of before'));
+      done && h('button', { type: 'button', class: 'text-button', onclick: () => void this.compare() }, this.compared ? 'Compare with another job' : 'Compare with an earlier job'));
     fill(this.parts.away, done && downloadsOf(this.client, job, {
       picture: () => this.savePicture(),
       link: () => addressOf(this.client, job.id),

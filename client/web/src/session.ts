@@ -28,6 +28,10 @@ export async function loadOutcome(client: Client, job: Job, signal: AbortSignal)
     client.ridges(job.id, asking),
   ]);
   const outcome: Outcome = { job, surface: result, labels, ridges };
-  if (measured) outcome.measured = measured;
+  if (measured) {
+    // Both have the same faces, which are uploaded and kept once.
+    if (measured.index.length === result.index.length) measured.index = result.index;
+    outcome.measured = measured;
+  }
   return outcome;
 }

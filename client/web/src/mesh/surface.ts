@@ -5,6 +5,8 @@ export interface Surface {
   normals: Float32Array;
   /** Three vertices of each face. */
   index: Uint32Array;
+  /** Fewer faces of the same vertices, for while the mesh is turned; only of large meshes. */
+  coarse?: Uint32Array;
   origin: [number, number, number];
   /** Only in what the service made: per vertex, where a vertex is one of several copies along a ridge. */
   label?: Float32Array;

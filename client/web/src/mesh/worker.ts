@@ -1,3 +1,4 @@
+import { coarseIndex } from './coarse';
 import { readGlb } from './glb';
 import { readMesh } from './read';
 import type { Surface } from './surface';
@@ -10,6 +11,8 @@ self.onmessage = ({ data }: MessageEvent<Order>) => {
   const { id, bytes, name, made } = data;
   try {
     const surface = made ? readGlb(bytes) : readMesh(bytes, name);
+    const coarse = coarseIndex(surface);
+    if (coarse) surface.coarse = coarse;
     const buffers = new Set<ArrayBuffer>();
     for (const array of Object.values(surface)) {
       if (ArrayBuffer.isView(array)) buffers.add(array.buffer as ArrayBuffer);

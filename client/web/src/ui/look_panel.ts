@@ -99,6 +99,6 @@ export class LookPanel {
     const side = this.otherSide.checked ? -1 : 1;
     const [x, y, z] = direction ?? [0, 0, 0];
     for (const layer of [this.stage.before, this.stage.after]) layer.setSection(direction ? [side * x, side * y, side * z, -side * at] : [0, 0, 0, -1]);
-    this.stage.redraw();
+    this.stage.redrawMoving();
   }
 }

@@ -46,6 +46,7 @@ export class Layer {
   readonly material = new SurfaceMaterial();
   private geometry = new BufferGeometry();
   private readonly mesh: Mesh;
+  private readonly coarse: Mesh;
   private lines?: LineSegments2;
   private wires?: LineSegments;
   private lit?: LineSegments2;
@@ -58,8 +59,11 @@ export class Layer {
 
   constructor() {
     this.mesh = new Mesh(this.geometry, this.material);
-    this.mesh.frustumCulled = false;
-    this.group.add(this.mesh);
+    this.coarse = new Mesh(this.geometry, this.material);
+    for (const mesh of [this.mesh, this.coarse]) {
+      mesh.frustumCulled = false;
+      this.group.add(mesh);
+    }
     for (const material of [this.lineMaterial, this.litMaterial, this.wireMaterial]) material.clippingPlanes = [this.clip];
     bringNearer(this.lineMaterial, kLineNearer);
     bringNearer(this.litMaterial, 2 * kLineNearer);
@@ -70,12 +74,19 @@ export class Layer {
   setSurface(surface: Surface, origin: [number, number, number]): void {
     this.surface = surface;
     this.geometry.dispose();
+    this.coarse.geometry.dispose();
     this.geometry = new BufferGeometry();
     this.geometry.setAttribute('position', new BufferAttribute(surface.positions, 3));
     this.geometry.setAttribute('normal', new BufferAttribute(surface.normals, 3));
     this.geometry.setAttribute('value', new BufferAttribute(new Float32Array(surface.positions.length / 3), 1));
-    this.geometry.setIndex(new BufferAttribute(surface.index, 1));
+    this.geometry.setIndex(faces(surface.index));
     this.mesh.geometry = this.geometry;
+    this.coarse.geometry = new BufferGeometry();
+    if (surface.coarse) {
+      this.coarse.geometry.attributes = this.geometry.attributes;
+      this.coarse.geometry.setIndex(faces(surface.coarse));
+    }
+    this.draft = false;
     this.group.position.set(...(surface.origin.map((x, k) => x - origin[k]!) as [number, number, number]));
     this.group.visible = true;
     this.setColouring();
@@ -86,9 +97,19 @@ export class Layer {
 
   setColouring(colouring?: Colouring): void {
     if (colouring) {
-      this.geometry.setAttribute('value', new BufferAttribute(colouring.values, 1));
+      const value = this.geometry.getAttribute('value') as BufferAttribute;
+      value.array.set(colouring.values);
+      value.needsUpdate = true;
     }
     this.material.setColouring(colouring);
+  }
+
+  /** Draws few faces of a large mesh, and no wires, as long as this is on. */
+  set draft(on: boolean) {
+    const coarse = on && this.surface?.coarse !== undefined;
+    this.mesh.visible = !coarse;
+    this.coarse.visible = coarse;
+    if (this.wires) this.wires.visible = !coarse;
   }
 
   setRidges(ridges: RidgeEdges): void {
@@ -204,9 +225,21 @@ export class Layer {
   private dropWires(): void {
     if (!this.wires) return;
     this.group.remove(this.wires);
+    this.wires.geometry.deleteAttribute('position'); // stays with the surface
     this.wires.geometry.dispose();
     delete this.wires;
   }
+}
+
+// Two meshes with the same faces have one buffer of them.
+const known = new WeakMap<Uint32Array, BufferAttribute>();
+function faces(index: Uint32Array): BufferAttribute {
+  let attribute = known.get(index);
+  if (!attribute) {
+    attribute = new BufferAttribute(index, 1);
+    known.set(index, attribute);
+  }
+  return attribute;
 }
 
 /** Each edge of the triangles; those inside are there once, as faces on both sides run through them in opposite ways. */

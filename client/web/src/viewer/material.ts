@@ -173,6 +173,9 @@ export class SurfaceMaterial extends ShaderMaterial {
   choose(range?: [number, number]): void {
     this.of<Vector2>('chosen').set(...(range ?? [-1e30, 1e30]));
   }
+  get section(): readonly number[] {
+    return this.of<Vector4>('section').toArray();
+  }
   setSection(plane: [number, number, number, number]): void {
     this.of<Vector4>('section').set(...plane);
   }

@@ -1,6 +1,4 @@
-import { GLSL3, Matrix4, Mesh, type PerspectiveCamera, Scene, ShaderMaterial, DoubleSide, Vector3, Vector4, WebGLRenderTarget, type WebGLRenderer } from 'three';
 import type { Surface } from '../mesh/surface';
-import type { Layer } from './layer';
 
 export interface Hit {
   face: number;
@@ -11,118 +9,46 @@ export interface Hit {
   point: [number, number, number];
 }
 
-const kVertex = /* glsl */ `
-flat out uint vertex;
-out vec3 place;
-void main() {
-  vertex = uint(gl_VertexID) + 1u;
-  place = position;
-  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
-}`;
-const kFragment = /* glsl */ `
-uniform vec4 section;
-flat in uint vertex;
-in vec3 place;
-out vec4 colour;
-void main() {
-  if (dot(section, vec4(place, 1.0)) > 0.0) discard;
-  uvec4 bytes = uvec4(vertex, vertex >> 8, vertex >> 16, vertex >> 24) & 255u;
-  colour = vec4(bytes) / 255.0;
-}`;
+type Vector = readonly [number, number, number];
+
+// How far outside a face a ray may meet its plane, so that none slips through between two faces.
+const kSlack = 1e-6;
 
 /**
- * Finds what is under the pointer by drawing one pixel in which each face has the number of its last corner. Of the
- * faces with this last corner, few, the one that the ray meets is taken.
+ * The first face that a ray meets, of those that the section leaves. Looks at every face, which takes some hundredths of
+ * a second for two million; a tree over the faces would take as much memory as they do.
  */
-export class Picker {
-  private readonly target = new WebGLRenderTarget(1, 1);
-  private readonly material = new ShaderMaterial({
-    glslVersion: GLSL3,
-    vertexShader: kVertex,
-    fragmentShader: kFragment,
-    side: DoubleSide,
-    uniforms: { section: { value: new Vector4(0, 0, 0, -1) } },
-  });
-  private readonly scene = new Scene();
-  private readonly pixel = new Uint8Array(4);
-  private readonly faces = new WeakMap<Surface, { starts: Uint32Array; faces: Uint32Array }>();
-
-  pick(renderer: WebGLRenderer, camera: PerspectiveCamera, layer: Layer, x: number, y: number, width: number, height: number): Hit | undefined {
-    const surface = layer.surface!;
-    const source = layer.group.children[0] as Mesh;
-    const mesh = new Mesh(source.geometry, this.material);
-    mesh.frustumCulled = false;
-    mesh.position.copy(layer.group.position);
-    this.scene.clear();
-    this.scene.add(mesh);
-    this.material.uniforms['section']!.value = layer.material.uniforms['section']!.value;
-    camera.setViewOffset(width, height, Math.floor(x), Math.floor(y), 1, 1);
-    renderer.setScissorTest(false);
-    renderer.setRenderTarget(this.target);
-    renderer.setViewport(0, 0, 1, 1);
-    renderer.clear();
-    renderer.render(this.scene, camera);
-    renderer.readRenderTargetPixels(this.target, 0, 0, 1, 1, this.pixel);
-    renderer.setRenderTarget(null);
-    camera.clearViewOffset();
-    const [a, b, c, d] = this.pixel;
-    const corner = (a! | (b! << 8) | (c! << 16) | (d! << 24)) >>> 0;
-    if (corner === 0) return undefined;
-    return this.resolve(surface, corner - 1, camera, mesh.position, (x / width) * 2 - 1, 1 - (y / height) * 2);
+export function pick(surface: Surface, section: readonly number[], [ox, oy, oz]: Vector, [dx, dy, dz]: Vector): Hit | undefined {
+  const { positions, index } = surface;
+  const [sx, sy, sz, sw] = section as [number, number, number, number];
+  let face = -1, nearest = Infinity, u = 0, v = 0;
+  for (let f = 0; f < index.length; f += 3) {
+    const a = 3 * index[f]!, b = 3 * index[f + 1]!, c = 3 * index[f + 2]!;
+    const ax = positions[a]!, ay = positions[a + 1]!, az = positions[a + 2]!;
+    const px = positions[b]! - ax, py = positions[b + 1]! - ay, pz = positions[b + 2]! - az;
+    const qx = positions[c]! - ax, qy = positions[c + 1]! - ay, qz = positions[c + 2]! - az;
+    // Möller and Trumbore (1997): the barycentric weights of where the ray meets the plane.
+    const hx = dy * qz - dz * qy, hy = dz * qx - dx * qz, hz = dx * qy - dy * qx;
+    const det = px * hx + py * hy + pz * hz;
+    if (det === 0) continue;
+    const tx = ox - ax, ty = oy - ay, tz = oz - az;
+    const s = (tx * hx + ty * hy + tz * hz) / det;
+    if (s < -kSlack || s > 1 + kSlack) continue;
+    const wx = ty * pz - tz * py, wy = tz * px - tx * pz, wz = tx * py - ty * px;
+    const t = (dx * wx + dy * wy + dz * wz) / det;
+    if (t < -kSlack || s + t > 1 + kSlack) continue;
+    const distance = (qx * wx + qy * wy + qz * wz) / det;
+    if (distance <= 0 || distance >= nearest) continue;
+    if (sx * (ox + distance * dx) + sy * (oy + distance * dy) + sz * (oz + distance * dz) + sw > 0) continue;
+    [face, nearest, u, v] = [f / 3, distance, s, t];
   }
-
-  private facesOf(surface: Surface) {
-    let known = this.faces.get(surface);
-    if (known) return known;
-    const { index, positions } = surface;
-    const starts = new Uint32Array(positions.length / 3 + 1);
-    for (let f = 2; f < index.length; f += 3) ++starts[index[f]! + 1]!;
-    for (let v = 1; v < starts.length; ++v) starts[v]! += starts[v - 1]!;
-    const next = starts.slice();
-    const faces = new Uint32Array(index.length / 3);
-    for (let f = 2; f < index.length; f += 3) faces[next[index[f]!]!++] = (f - 2) / 3;
-    known = { starts, faces };
-    this.faces.set(surface, known);
-    return known;
-  }
-
-  private resolve(surface: Surface, corner: number, camera: PerspectiveCamera, offset: Vector3, x: number, y: number): Hit | undefined {
-    const { starts, faces } = this.facesOf(surface);
-    const origin = camera.position.clone().sub(offset);
-    const back = new Matrix4().copy(camera.projectionMatrix).invert();
-    const direction = new Vector3(x, y, 0.5).applyMatrix4(back).applyMatrix4(camera.matrixWorld).sub(camera.position).normalize();
-    let best: { face: number; weights: number[]; off: number; distance: number } | undefined;
-    for (let k = starts[corner]!; k < starts[corner + 1]!; ++k) {
-      const met = meet(surface, faces[k]!, origin, direction);
-      if (!met) continue;
-      const better = !best || (met.off <= 1e-6 && best.off <= 1e-6 ? met.distance < best.distance : met.off < best.off);
-      if (better) best = { face: faces[k]!, ...met };
-    }
-    if (!best) return undefined;
-    const corners = [0, 1, 2].map((k) => surface.index[3 * best.face + k]!);
-    const nearest = best.weights.indexOf(Math.max(...best.weights));
-    const farthest = best.weights.indexOf(Math.min(...best.weights));
-    const point = origin.clone().addScaledVector(direction, best.distance);
-    return {
-      face: best.face,
-      vertex: corners[nearest]!,
-      edge: [corners[(farthest + 1) % 3]!, corners[(farthest + 2) % 3]!],
-      point: [point.x, point.y, point.z],
-    };
-  }
-}
-
-/** The barycentric weights of where a ray meets the plane of a face, and how far outside the face that is. */
-function meet(surface: Surface, face: number, origin: Vector3, direction: Vector3) {
-  const [a, b, c] = [0, 1, 2].map((k) => new Vector3().fromArray(surface.positions, 3 * surface.index[3 * face + k]!));
-  const ab = b!.sub(a!), ac = c!.sub(a!);
-  const across = direction.clone().cross(ac);
-  const det = ab.dot(across);
-  if (Math.abs(det) < 1e-30) return undefined;
-  const from = origin.clone().sub(a!);
-  const u = from.dot(across) / det;
-  const around = from.cross(ab);
-  const v = direction.dot(around) / det;
-  const weights = [1 - u - v, u, v];
-  return { weights, off: Math.max(0, -Math.min(...weights)), distance: ac.dot(around) / det };
+  if (face < 0) return undefined;
+  const weights = [1 - u - v, u, v], corners = [0, 1, 2].map((k) => index[3 * face + k]!);
+  const close = weights.indexOf(Math.max(...weights)), far = weights.indexOf(Math.min(...weights));
+  return {
+    face,
+    vertex: corners[close]!,
+    edge: [corners[(far + 1) % 3]!, corners[(far + 2) % 3]!],
+    point: [ox + nearest * dx, oy + nearest * dy, oz + nearest * dz],
+  };
 }

@@ -2,10 +2,12 @@ import { Color, Scene, Vector3, WebGLRenderer } from 'three';
 import { boundsOf, facing, type Bounds, type Surface } from '../mesh/surface';
 import { Orbit } from './camera';
 import { Layer } from './layer';
-import { Picker, type Hit } from './pick';
+import { pick, type Hit } from './pick';
 
 /** What is on the stage: one mesh, two with a divider between them, or two beside each other. */
 export type Arrangement = 'before' | 'after' | 'divided' | 'beside';
+
+const kRestMs = 180;
 
 /** The canvas with its two meshes. Draws only when something has changed. */
 export class Stage {
@@ -14,10 +16,10 @@ export class Stage {
   readonly after = new Layer();
   private readonly renderer: WebGLRenderer;
   private readonly scenes = { before: new Scene(), after: new Scene() };
-  private readonly picker = new Picker();
   private arrangementNow: Arrangement = 'after';
   private dividerAt = 0.5;
   private pending = false;
+  private resting = 0;
   private bounds: Bounds = { centre: [0, 0, 0], radius: 1 };
   private originNow: [number, number, number] = [0, 0, 0];
   /** Called after each picture, to move what lies over the canvas. */
@@ -29,7 +31,7 @@ export class Stage {
     this.renderer.autoClear = false;
     this.renderer.localClippingEnabled = true;
     this.renderer.setClearColor(new Color(0), 0);
-    this.orbit = new Orbit(() => this.redraw());
+    this.orbit = new Orbit(() => this.redrawMoving());
     this.orbit.attach(canvas);
     this.scenes.before.add(this.before.group);
     this.scenes.after.add(this.after.group);
@@ -49,7 +51,7 @@ export class Stage {
   }
   set divider(value: number) {
     this.dividerAt = Math.min(1, Math.max(0, value));
-    this.redraw();
+    this.redrawMoving();
   }
   get size(): number {
     return this.bounds.radius;
@@ -95,6 +97,27 @@ export class Stage {
     });
   }
 
+  /** Draws what changes with every move of a hand: large meshes with few faces, and whole once the hand rests. */
+  redrawMoving(): void {
+    this.draft = true;
+    this.redraw();
+    this.rest();
+  }
+
+  private rest(): void {
+    clearTimeout(this.resting);
+    this.resting = window.setTimeout(() => {
+      if (this.orbit.dragging) return this.rest();
+      this.draft = false;
+      this.redraw();
+    }, kRestMs);
+  }
+
+  private set draft(on: boolean) {
+    this.before.draft = on;
+    this.after.draft = on;
+  }
+
   /** The mesh that lies at a point of the canvas, and that part of the canvas, in CSS pixels. */
   private paneAt(x: number): { which: 'before' | 'after'; left: number; width: number } {
     const width = this.canvas.clientWidth;
@@ -111,7 +134,10 @@ export class Stage {
     const { which, left, width } = this.paneAt(x);
     const layer = this[which];
     if (!layer.surface || !layer.group.visible) return undefined;
-    const hit = this.picker.pick(this.renderer, this.orbit.camera, layer, x - left, y, width, this.canvas.clientHeight);
+    const { camera } = this.orbit, offset = layer.group.position;
+    const towards = new Vector3(((x - left) / width) * 2 - 1, 1 - (y / this.canvas.clientHeight) * 2, 0.5).unproject(camera);
+    const direction = towards.sub(camera.position).normalize();
+    const hit = pick(layer.surface, layer.material.section, camera.position.clone().sub(offset).toArray(), direction.toArray());
     return hit && { ...hit, which };
   }
 
@@ -126,6 +152,7 @@ export class Stage {
 
   /** A picture of the stage as it is, over a colour. */
   async picture(background: string): Promise<Blob> {
+    this.draft = false;
     this.draw();
     const { canvas } = this;
     const copy = document.createElement('canvas');
