@@ -272,6 +272,7 @@ bool SqliteStore::succeed(const Claim& claim, const v1::ResultFacts& result, con
     auto job = job_of_id(*transaction, claim.job_id);
     for (const auto& warning : warnings) crease::add_once(warning, *job->mutable_warnings());
     const std::string all_warnings = warnings_bytes(job->warnings()), result_bytes = result.SerializeAsString();
+    if (!files.empty()) write_end(claim.job_id, files);
     const Life life = ended(running->life, JobState::kSucceeded);
     take(*transaction, claim.job_id, progress_after(*running, life.state), {life});
     Query(*transaction, "UPDATE jobs SET result = ?, warnings = ? WHERE id = ?", Blob{result_bytes}, Blob{all_warnings},

@@ -172,6 +172,20 @@ void SqliteStore::write_accepted(const NewJob& request, const std::string& id) c
   file.commit(Durability::kNone);
 }
 
+/// Keeps what the job ended with, for the same day. Without it the job would run again.
+void SqliteStore::write_end(const std::string& id, const std::vector<FileRecord>& files) const {
+  v1::StoredEnd end;
+  for (const FileRecord& one : files) {
+    v1::StoredEnd::File& file = *end.add_files();
+    file.set_name(one.name);
+    file.set_bytes(one.bytes);
+    file.set_sha256(one.sha256);
+  }
+  ReplacingFile file(files_.path(id, file::kEnd), "part");
+  if (!write_all(file.descriptor(), end.SerializeAsString())) throw file_failure("write", file.path());
+  file.commit(Durability::kNone);
+}
+
 /// Returns the new job as it is before any worker sees it, or the one that the request's key has already.
 v1::Job SqliteStore::insert(const NewJob& request, const std::string& id, bool& created) {
   v1::Progress progress;

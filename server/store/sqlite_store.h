@@ -78,6 +78,9 @@ class SqliteStore final : public Store {
   std::string write_fault();
   void adopt_folders();
   void adopt(const std::string& id, const crease::v1::StoredJob& accepted);
+  void write_end(const std::string& id, const std::vector<FileRecord>& files) const;
+  /// The files that the job ended with; empty unless all of them are as they were then.
+  std::vector<FileRecord> whole_files(const std::string& id) const;
   std::int64_t clock_step(Connection& connection);
   void move_expiry();
 

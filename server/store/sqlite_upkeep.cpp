@@ -255,12 +255,26 @@ void SqliteStore::adopt_folders() {
   }
 }
 
+std::vector<FileRecord> SqliteStore::whole_files(const std::string& id) const {
+  v1::StoredEnd end;
+  if (!read_message(files_.path(id, file::kEnd), end)) return {};
+  std::vector<FileRecord> whole;
+  for (const auto& then : end.files()) {
+    const auto path = files_.path(id, then.name());
+    if (!std::filesystem::exists(path)) return {};
+    FileRecord now = record_of(path);
+    if (now.bytes != then.bytes() || now.sha256 != then.sha256()) return {};
+    whole.push_back(std::move(now));
+  }
+  return whole;
+}
+
 void SqliteStore::adopt(const std::string& id, const v1::StoredJob& accepted) {
   guarded([&] {
     constexpr double kMsPerHour = 3'600'000;
     v1::Report report;
-    const bool done = read_message(files_.path(id, file::kReport), report) && report.id() == id &&
-                      std::filesystem::exists(files_.path(id, file::kResult));
+    const std::vector<FileRecord> files = whole_files(id);
+    const bool done = !files.empty() && read_message(files_.path(id, file::kReport), report) && report.id() == id;
     const v1::Job& job = accepted.job();
     v1::Progress progress;
     progress.set_stage(done ? "done" : "queued");
@@ -288,8 +302,7 @@ void SqliteStore::adopt(const std::string& id, const v1::StoredJob& accepted) {
             " WHERE id = ?3",
             now_ms(), Blob{result}, id)
           .run();
-      for (const auto name : {file::kResult, file::kReport}) {
-        const FileRecord file = record_of(files_.path(id, name));
+      for (const FileRecord& file : files) {
         Query(*transaction, "INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?)", id, file.name,
               static_cast<std::int64_t>(file.bytes), file.sha256)
             .run();

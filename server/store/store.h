@@ -189,6 +189,7 @@ inline constexpr std::string_view kResult = "result.pb";       ///< crease.v1.La
 inline constexpr std::string_view kReport = "report.pb";       ///< crease.v1.Report
 inline constexpr std::string_view kCheckpoint = "checkpoint";  ///< state from which an interrupted run continues
 inline constexpr std::string_view kAccepted = "job.pb";        ///< crease.v1.StoredJob
+inline constexpr std::string_view kEnd = "end.pb";             ///< crease.v1.StoredEnd of a job that succeeded
 inline constexpr std::string_view kSnapshot = "snapshot.pb";   ///< crease.v1.LabelledMesh of a running job
 }  // namespace file
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
+#include "crease/v1/result.pb.h"
 #include "proto/convert.h"
 #include "proto/parameter_table.h"
 #include "tests/support/store_fixture.h"
@@ -87,6 +88,31 @@ TEST_F(StoreFaultsTest, ADatabaseThatIsGoneIsNotBegunAnewBesideOldFiles) {
   EXPECT_EQ(claimed_id(), "aaa");
   store().submit(job_of("aaa", "anna"), created);
   EXPECT_TRUE(created) << "without an idempotency key it is another job";
+}
+
+TEST_F(StoreFaultsTest, AnAdoptedJobKeepsItsResultOnlyIfThatIsAsItWasWritten) {
+  for (const std::string id : {"aaa", "bbb", "ccc"}) {
+    submit(id);
+    const Claim claim = store().claim("w", kLong).value();
+    crease::v1::Report report;
+    report.set_id(id);
+    std::vector<FileRecord> files;
+    for (const auto& [name, bytes] : {std::pair{file::kResult, std::string("result of ") + id},
+                                      std::pair{file::kReport, report.SerializeAsString()}}) {
+      std::ofstream(store().file_path(id, name)) << bytes;
+      files.push_back({std::string(name), bytes.size(), crease::sha256_hex(bytes)});
+    }
+    ASSERT_TRUE(store().succeed(claim, {}, {}, files));
+  }
+  fs::resize_file(store().file_path("bbb", file::kResult), 5);
+  std::ofstream(store().file_path("ccc", file::kResult)) << "RESULT OF ccc";
+  store_.reset();
+  fs::remove(database());
+  store_ = recovered(Orphans::kAdopt);
+  EXPECT_EQ(state("aaa"), "succeeded");
+  EXPECT_EQ(state("bbb"), "queued") << "it runs again";
+  EXPECT_EQ(state("ccc"), "queued") << "nothing that is wrong is taken for right";
+  EXPECT_EQ(store().file_record("aaa", file::kResult).value().sha256, crease::sha256_hex("result of aaa"));
 }
 
 TEST_F(StoreFaultsTest, OldFilesAreDiscardedOnDemand) {
