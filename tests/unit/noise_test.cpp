@@ -32,6 +32,33 @@ Moments moments(const std::vector<double>& samples) {
   return {mean, std::sqrt(variance), fourths / count / (variance * variance)};
 }
 
+/// A cube whose faces share no vertices, as files for rendering have it: it must not be torn apart.
+TEST(Noise, CoincidentVerticesMoveAsTheVertexThatTheyStandFor) {
+  const Mesh whole = test::cube(3);
+  Mesh soup;
+  std::vector<Index> vertex_of;
+  for (const Triangle& face : whole.triangles) {
+    const auto first = static_cast<Index>(soup.positions.size());
+    for (const Index vertex : face) {
+      soup.positions.push_back(whole.positions[vertex]);
+      vertex_of.push_back(vertex);
+    }
+    soup.triangles.push_back({first, first + 1, first + 2});
+  }
+  for (const NoiseKind kind : {NoiseKind::kGaussian, NoiseKind::kNormal, NoiseKind::kImpulsive}) {
+    const Mesh noisy = add_noise(soup, 0.3, 5, kind);
+    std::vector<Vec3> moved(whole.positions.size(), Vec3::Constant(std::nan("")));
+    bool any = false;
+    for (std::size_t v = 0; v < soup.positions.size(); ++v) {
+      Vec3& place = moved[vertex_of[v]];
+      if (place.hasNaN()) place = noisy.positions[v];
+      EXPECT_EQ(noisy.positions[v], place);
+      any = any || place != soup.positions[v];
+    }
+    EXPECT_TRUE(any);
+  }
+}
+
 TEST(Noise, EveryKindHasAName) {
   EXPECT_EQ(noise_kind_from_name("gaussian"), NoiseKind::kGaussian);
   EXPECT_EQ(noise_kind_from_name("normal"), NoiseKind::kNormal);
