@@ -127,6 +127,7 @@ CheckedInput check_input(std::string_view bytes, std::optional<MeshFormat> forma
   DecodedMesh decoded = decode_mesh(bytes, format, limits);
   CheckedInput input = check_mesh(std::move(decoded.mesh));
   input.format = decoded.format;
+  input.attributes = attributes_of(decoded.appearance, input.mesh.triangles);
   input.warnings.insert(input.warnings.begin(), decoded.warnings.begin(), decoded.warnings.end());
   settle_weights(std::move(decoded.weights), weights, input);
   return input;

@@ -17,7 +17,8 @@ struct CheckedInput {
   Topology topology;                 ///< of `mesh`
   std::optional<WeldedMesh> welded;  ///< what is smoothed, where that is not `mesh` itself
   InputFacts facts;
-  std::vector<double> weights;  ///< of the likelihood per vertex, at most kMaxWeight; empty for 1 everywhere
+  std::vector<double> weights;          ///< of the likelihood per vertex, at most kMaxWeight; empty for 1 everywhere
+  std::vector<std::string> attributes;  ///< what the file has beside positions and faces, by attributes_of
   std::vector<Warning> warnings;
 };
 

@@ -55,6 +55,13 @@ Formats formats_of(v1::ResultPart part) {
   }
 }
 
+/// The format of an upload that is the one that was accepted. \throw Error upload_damaged
+MeshFormat checked_format(const v1::InputFacts& input, std::string_view upload) {
+  const auto format = format_from_name(input.format());
+  if (format && sha256_hex(upload) == input.sha256()) return *format;
+  throw Error(code::kUploadDamaged, "the upload is not the one that was accepted: its SHA-256 differs");
+}
+
 }  // namespace
 
 CheckedInput check_upload(const Upload& upload) {
@@ -98,22 +105,28 @@ nlohmann::ordered_json extras_of(const v1::Job& job) {
 }
 
 std::string encode(v1::ResultPart part, const Format& format, const LabelledMesh& result, const v1::Job& job,
-                   double min_label) {
+                   double min_label, const MeshStyle& style) {
   if (part == v1::RESULT_PART_LABELS) return format.write_labels(result, min_label);
   if (part == v1::RESULT_PART_RIDGES) return format.write_ridges(result, extras_of(job));
-  return format.write(result, extras_of(job));
+  return format.write(result, extras_of(job), style);
 }
 
 std::string encode(const Format& format, const v1::Report& report) {
   return &format == &kProtobuf ? report.SerializeAsString() : json_text(report);
 }
 
+bool takes_over(const v1::InputFacts& input, const Format& format) {
+  const std::vector<std::string> attributes(input.attributes().begin(), input.attributes().end());
+  return format.write != nullptr && dropped_in(format, attributes).size() < attributes.size();
+}
+
+Appearance appearance_of(const v1::InputFacts& input, std::string_view upload) {
+  constexpr std::size_t kNoLimit = kNone;
+  return decode_mesh(upload, checked_format(input, upload), {kNoLimit, kNoLimit}).appearance;
+}
+
 std::string original(const v1::InputFacts& input, std::string_view upload, const LabelledMesh& result) {
-  const auto format = format_from_name(input.format());
-  if (!format || sha256_hex(upload) != input.sha256()) {
-    throw Error(code::kUploadDamaged, "the upload is not the one that was accepted: its SHA-256 differs");
-  }
-  return encode_original(upload, *format, result);
+  return encode_original(upload, checked_format(input, upload), result);
 }
 
 std::string encode_stored(const v1::EncodeTask& task, std::string_view stored, std::string_view upload) {
@@ -121,9 +134,10 @@ std::string encode_stored(const v1::EncodeTask& task, std::string_view stored, s
   if (task.format() == kOriginal) return original(task.job().input(), upload, stored_result(stored, measured));
   const Format& format = format_of(task, formats_of(task.part()));
   if (task.part() == v1::RESULT_PART_REPORT) return encode(format, parse_stored<v1::Report>(stored));
-  const LabelledMesh result = stored_result(stored, measured);
-  if (task.ridge_lines() && format.write_with_ridges != nullptr) return format.write_with_ridges(result);
-  return encode(task.part(), format, result, task.job(), task.min_label());
+  LabelledMesh result = stored_result(stored, measured);
+  if (task.has_upload()) result.appearance = appearance_of(task.job().input(), upload);
+  return encode(task.part(), format, result, task.job(), task.min_label(),
+                {task.ridge_lines(), task.compressed(), task.quantized()});
 }
 
 }  // namespace crease

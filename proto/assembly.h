@@ -43,14 +43,20 @@ nlohmann::ordered_json extras_of(const v1::Job& job);
 
 /// One part of a result, as a file. `format` is one of those in result_formats.h, `min_label` is for labels.
 std::string encode(v1::ResultPart part, const Format& format, const LabelledMesh& result, const v1::Job& job,
-                   double min_label = 0);
+                   double min_label = 0, const MeshStyle& style = {});
 std::string encode(const Format& format, const v1::Report& report);
+
+/// Whether a mesh in `format` takes anything over from the upload.
+bool takes_over(const v1::InputFacts& input, const Format& format);
+
+/// What the upload of a job has beside the shape of its surface. \throw Error upload_damaged
+Appearance appearance_of(const v1::InputFacts& input, std::string_view upload);
 
 /// The upload of a job with the positions of its result. \throw Error upload_damaged, and as encode_original
 std::string original(const v1::InputFacts& input, std::string_view upload, const LabelledMesh& result);
 
-/// The part of a result that `task` names, made from the file `stored` of the job, and of a mesh in the format
-/// "original" from the `upload`.
+/// The part of a result that `task` names, made from the file `stored` of the job, and where the task has it, from the
+/// `upload`.
 /// \throw Error result_damaged when it cannot be read, not_found when it was stored without the measured positions,
 /// upload_damaged, and as encode_original
 std::string encode_stored(const v1::EncodeTask& task, std::string_view stored, std::string_view upload = {});

@@ -105,6 +105,7 @@ v1::InputFacts to_message(const InputFacts& facts) {
 v1::InputFacts to_message(const CheckedInput& input) {
   v1::InputFacts message = to_message(input.facts);
   message.set_format(std::string(format_name(input.format)));
+  *message.mutable_attributes() = {input.attributes.begin(), input.attributes.end()};
   if (!input.weights.empty()) message.set_weights_sha256(sha256_hex(bytes_of(input.weights)));
   return message;
 }

@@ -74,8 +74,12 @@ std::string figures(const v1::Job& job) {
 
 void print_warnings(const v1::Job& job) {
   for (const v1::Warning& warning : job.warnings()) {
-    fmt::print(stderr, "warning: {}: {}\n", warning.code(), warning.detail());
+    print_warning(warning.code(), warning.detail());
   }
+}
+
+void print_warning(std::string_view code, std::string_view detail) {
+  fmt::print(stderr, "warning: {}: {}\n", code, detail);
 }
 
 }  // namespace crease::client

@@ -36,5 +36,6 @@ std::string job_line(const v1::Job& job);
 std::string figures(const v1::Job& job);
 /// Prints the warnings to standard error, one per line.
 void print_warnings(const v1::Job& job);
+void print_warning(std::string_view code, std::string_view detail);
 
 }  // namespace crease::client

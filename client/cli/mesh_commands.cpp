@@ -34,8 +34,9 @@ DecodedMesh read_mesh(const std::filesystem::path& path) {
 }
 
 /// A mesh without ridges.
-LabelledMesh unlabelled(Mesh mesh) {
+LabelledMesh unlabelled(Mesh mesh, Appearance appearance) {
   LabelledMesh result;
+  result.appearance = std::move(appearance);
   const Topology topology = build_topology(mesh);
   result.edges = topology.edges;
   result.labels.assign(topology.edges.size(), 0);
@@ -47,10 +48,15 @@ LabelledMesh unlabelled(Mesh mesh) {
 ExitCode noise(const NoiseOptions& options) {
   const Format& format = output_format(options.format, options.output);
   const NoiseKind kind = noise_kind_from_name(options.kind);
-  Mesh noisy = add_noise(read_mesh(options.input).mesh, options.sigma, options.seed, kind);
+  DecodedMesh input = read_mesh(options.input);
+  Mesh noisy = add_noise(input.mesh, options.sigma, options.seed, kind);
   const std::size_t vertices = noisy.positions.size(), faces = noisy.triangles.size();
   const Json extras = {{"noise", {{"kind", options.kind}, {"sigma", options.sigma}, {"seed", options.seed}}}};
-  write_file(options.output, format.write(unlabelled(std::move(noisy)), extras));
+  if (const std::string dropped = dropped_text(format, attributes_of(input.appearance, input.mesh.triangles));
+      !dropped.empty()) {
+    print_warning("attributes_dropped", dropped);
+  }
+  write_file(options.output, format.write(unlabelled(std::move(noisy), std::move(input.appearance)), extras, {}));
   options.console.result({{"file", options.output.string()},
                           {"vertices", vertices},
                           {"faces", faces},

@@ -7,6 +7,7 @@
 #include "client/cli/failure.h"
 #include "client/cli/files.h"
 #include "client/cli/service_client.h"
+#include "client/cli/style_options.h"
 #include "proto/result_formats.h"
 
 namespace crease::client {
@@ -17,6 +18,7 @@ struct ResultOptions {
   Server server;
   std::string id, format, min;
   std::filesystem::path output;
+  StyleOptions style;
   bool snapshot = false;
 };
 
@@ -36,8 +38,10 @@ void deliver(const ResultOptions& options, const std::string& what, const Query&
 }
 
 ExitCode mesh(const ResultOptions& options) {
-  const bool original = options.format == kOriginal;
-  Query query = {{"format", std::string(original ? kOriginal : output_format(options.format, options.output).name)}};
+  const Format* format = options.format == kOriginal ? nullptr : &output_format(options.format, options.output);
+  options.style.check(format);
+  Query query = {{"format", std::string(format == nullptr ? kOriginal : format->name)}};
+  options.style.add_to(query);
   if (options.snapshot) query.emplace("snapshot", "true");
   deliver(options, "mesh", query);
   return ExitCode::kOk;
@@ -102,6 +106,7 @@ void add_result_commands(CLI::App& app, Run& run) {
   mesh_command.add_option(
       "--format", of_mesh->format,
       "Format: " + name_list(mesh_formats()) + ", or original: the uploaded file with new positions and normals");
+  add_style_options(mesh_command, of_mesh->style);
   mesh_command.add_flag("--snapshot", of_mesh->snapshot, "While the job is running, get its latest intermediate mesh");
 
   const auto of_labels = add_result_command(app, run, "labels", "Print or download the ridge labels of a job", labels);

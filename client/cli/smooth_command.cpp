@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "client/cli/commands.h"
@@ -9,6 +10,7 @@
 #include "client/cli/parameter_options.h"
 #include "client/cli/progress_bar.h"
 #include "client/cli/service_client.h"
+#include "client/cli/style_options.h"
 #include "proto/assembly.h"
 #include "proto/convert.h"
 #include "proto/error_table.h"
@@ -25,6 +27,7 @@ struct SmoothOptionsOfCommand {
   std::string input_format, format;
   Server server;
   ParameterOptions parameters;
+  StyleOptions style;
   bool local = false;
 };
 
@@ -46,28 +49,46 @@ struct Plan {
 };
 
 Plan plan(const SmoothOptionsOfCommand& options) {
-  return {options.parameters.read(),
-          options.format == kOriginal ? nullptr : &output_format(options.format, options.output),
-          format_by_extension(options.labels, label_formats(), "labels"),
+  const Format* format = options.format == kOriginal ? nullptr : &output_format(options.format, options.output);
+  options.style.check(format);
+  return {options.parameters.read(), format, format_by_extension(options.labels, label_formats(), "labels"),
           format_by_extension(options.ridges, ridge_formats(), "ridge lines")};
 }
 
 /// Whether the mesh is written as the input's own file: by default, where that has the format of the output.
 bool writes_original(const SmoothOptionsOfCommand& options, const Plan& plan, const v1::Job& job) {
-  return plan.format == nullptr || (options.format.empty() && job.input().format() == plan.format->name);
+  return plan.format == nullptr ||
+         (options.format.empty() && !options.style.any() && job.input().format() == plan.format->name);
+}
+
+/// The warnings of the job. What is dropped depends on the format that is written.
+void settle_dropped(v1::Job& job, const Format* written) {
+  const std::vector<std::string> attributes(job.input().attributes().begin(), job.input().attributes().end());
+  const std::string dropped = written == nullptr ? "" : dropped_text(*written, attributes);
+  auto& warnings = *job.mutable_warnings();
+  const auto found = std::ranges::find(warnings, "attributes_dropped", [](const auto& one) { return one.code(); });
+  if (found == warnings.end()) return;
+  if (dropped.empty()) {
+    warnings.erase(found);
+  } else {
+    found->set_detail(dropped + "; format=original does");
+  }
 }
 
 Json smooth_locally(const SmoothOptionsOfCommand& options, const Plan& plan, ProgressBar& bar,
                     const Interruption& interruption) {
   const auto show = [&](const v1::Progress& progress) { bar.update(progress); };
-  const LocalJob local =
+  LocalJob local =
       run_local_job(options.input, options.input_format, options.weights, plan.parameters, show, interruption);
   const auto part = [&](v1::ResultPart what, const Format& format) {
-    return encode(what, format, local.result, local.job);
+    return encode(what, format, local.result, local.job, 0, options.style.read());
   };
-  write_file(options.output, writes_original(options, plan, local.job)
-                                 ? original(local.job.input(), local.upload, local.result)
-                                 : part(v1::RESULT_PART_MESH, *plan.format));
+  const bool as_original = writes_original(options, plan, local.job);
+  if (!as_original && takes_over(local.job.input(), *plan.format)) {
+    local.result.appearance = appearance_of(local.job.input(), local.upload);
+  }
+  write_file(options.output, as_original ? original(local.job.input(), local.upload, local.result)
+                                         : part(v1::RESULT_PART_MESH, *plan.format));
   if (!options.labels.empty()) write_file(options.labels, part(v1::RESULT_PART_LABELS, plan.label_format));
   if (!options.ridges.empty()) write_file(options.ridges, part(v1::RESULT_PART_RIDGES, plan.ridge_format));
   if (!options.report.empty()) write_file(options.report, encode(*report_formats().front(), local.report));
@@ -107,8 +128,9 @@ Json smooth_remotely(const SmoothOptionsOfCommand& options, const Plan& plan, Pr
   require_success(job);
   const std::string path = "/v1/jobs/" + id;
   const bool original = writes_original(options, plan, from_json<v1::Job>(job));
-  const std::string format(original ? kOriginal : plan.format->name);
-  client.download(path + "/mesh", {{"format", format}}, options.output);
+  Query query = {{"format", std::string(original ? kOriginal : plan.format->name)}};
+  options.style.add_to(query);
+  client.download(path + "/mesh", query, options.output);
   if (!options.labels.empty()) {
     client.download(path + "/labels", {{"format", std::string(plan.label_format.name)}}, options.labels);
   }
@@ -131,10 +153,12 @@ ExitCode smooth(const SmoothOptionsOfCommand& options) {
   const Plan what = plan(options);
   Interruption interruption;
   ProgressBar bar(ProgressBar::style(options.console.quiet));
-  const Json json = options.local ? smooth_locally(options, what, bar, interruption)
-                                  : smooth_remotely(options, what, bar, interruption);
+  Json json = options.local ? smooth_locally(options, what, bar, interruption)
+                            : smooth_remotely(options, what, bar, interruption);
   bar.finish();
-  const auto job = from_json<v1::Job>(json);
+  auto job = from_json<v1::Job>(json);
+  settle_dropped(job, writes_original(options, what, job) ? nullptr : what.format);
+  json["warnings"] = to_json(job).at("warnings");
   print_warnings(job);
   options.console.result({{"job", json}, {"files", files_of(options)}},
                          fmt::format("{}\noutput         {}", figures(job), options.output.string()));
@@ -160,6 +184,7 @@ void add_smooth_command(CLI::App& app, Run& run) {
   command.add_option("--ridges", options->ridges, "Also write the ridge lines, as " + name_list(ridge_formats()));
   command.add_option("--report", options->report,
                      "Also write the energies of every sweep, counts and timings, as JSON");
+  add_style_options(command, options->style);
   add_weights_option(command, options->weights);
   add_parameter_options(command, options->parameters);
   add_server_options(command, options->server);

@@ -6,12 +6,13 @@
 
 namespace crease {
 
-std::string encode_mesh(const LabelledMesh& result, MeshFormat format, const nlohmann::ordered_json& extras) {
+std::string encode_mesh(const LabelledMesh& result, MeshFormat format, const nlohmann::ordered_json& extras,
+                        const MeshStyle& style) {
   const Format& row = format_row(format);
   if (row.write == nullptr) {
     throw Error(code::kOutputFormatUnknown, fmt::format("{} meshes can be read but not written", row.title));
   }
-  return row.write(result, extras);
+  return row.write(result, extras, style);
 }
 
 std::string encode_original(std::string_view upload, MeshFormat format, const LabelledMesh& result) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/io/appearance.h"
 #include "core/io/labelled_mesh.h"
 #include "core/mesh/mesh.h"
 
@@ -26,10 +27,18 @@ struct MeshContent {
   /// Weights of the likelihood, one per vertex; empty if the file has none. They come from PLY's vertex property
   /// `weight` or glTF's attribute `_WEIGHT` (primitives without the attribute count as 1).
   std::vector<double> weights;
+  Appearance appearance;
   /// Codes: polygons_triangulated, polygons_not_tiled, faces_skipped, vertices_welded, stl_vertices_welded,
   /// facet_count_replaced, source_ignored, weights_unusual, trailing_bytes, elements_skipped, statements_skipped,
   /// primitives_skipped, attributes_dropped. Each cause is reported once, with a count.
   std::vector<Warning> warnings;
+};
+
+/// How a mesh is written where its format leaves a choice.
+struct MeshStyle {
+  bool ridge_lines = false;  ///< the ridges as lines, in OBJ
+  bool compressed = false;   ///< by meshoptimizer, in glTF
+  bool quantized = false;    ///< positions, normals and colours as small whole numbers, in glTF
 };
 
 /// The beginning of a file as the sniffing functions see it.
@@ -50,7 +59,7 @@ enum class Likeness {
   kCertain,  ///< chance is ruled out
 };
 
-/// Up to six names. The first is the preferred one.
+/// Up to eight names. The first is the preferred one.
 class Names {
  public:
   constexpr Names(std::initializer_list<std::string_view> names) : count_(names.size()) {
@@ -63,7 +72,7 @@ class Names {
   constexpr std::string_view front() const { return names_.front(); }
 
  private:
-  std::array<std::string_view, 6> names_{};
+  std::array<std::string_view, 8> names_{};
   std::size_t count_;
 };
 
@@ -76,6 +85,9 @@ struct Format {
   bool is_text = false;    ///< suits a terminal
   /// The start of a file is free text and may look like any other format.
   bool has_free_head = false;
+  bool has_ridge_lines = false;  ///< MeshStyle::ridge_lines has an effect
+  bool has_compression = false;  ///< MeshStyle::compressed and quantized have an effect
+  Names keeps{};  ///< what the writer takes over from uploads in any format, by the names of attributes_of
 
   Likeness (*looks_like)(const Sample& sample) = nullptr;
 
@@ -83,10 +95,8 @@ struct Format {
   MeshContent (*read)(std::string_view bytes, const DecodeLimits& limits) = nullptr;
 
   /// Writes the mesh, and whatever else of the result the format can hold. \throw Error mesh_unsupported, mesh_no_faces
-  std::string (*write)(const LabelledMesh& result, const nlohmann::ordered_json& extras) = nullptr;
-
-  /// Writes the mesh with its ridges as lines, where these are optional in the format.
-  std::string (*write_with_ridges)(const LabelledMesh& result) = nullptr;
+  std::string (*write)(const LabelledMesh& result, const nlohmann::ordered_json& extras,
+                       const MeshStyle& style) = nullptr;
 
   /// Writes the upload again, with the positions of the result; normals, where the upload has them, are recomputed. All
   /// else stays. `upload` must be what `read` made the mesh of. \throw Error mesh_unsupported, mesh_count_mismatch

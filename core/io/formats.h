@@ -23,12 +23,6 @@ namespace crease {
 /// The formats of meshes, in the order of their rows in kFormats.
 enum class MeshFormat : std::uint8_t { kGlb, kGltf, kObj, kPly, kStl, kOff, kJson };
 
-/// Adapts a writer that needs only the mesh to the table.
-template <std::string (*kWrite)(const Mesh&)>
-std::string mesh_only(const LabelledMesh& result, const nlohmann::ordered_json& /*extras*/) {
-  return kWrite(result.mesh);
-}
-
 /// Every format that core reads or writes, the preferred ones first: the rows of MeshFormat, then those that hold no
 /// mesh. Sniffing, media types, `format=` values, file extensions and help texts all come from here.
 inline constexpr std::array kFormats = std::to_array<Format>({
@@ -36,6 +30,9 @@ inline constexpr std::array kFormats = std::to_array<Format>({
      .title = "GLB",
      .media_types = {"model/gltf-binary"},
      .extensions = {"glb"},
+     .has_compression = true,
+     .keeps = {kVertexColours, kOpacity, kCornerColours, kTextureCoordinates, kFurtherTexture, kMaterialNames,
+               kMaterials, kTextures},
      .looks_like = looks_like_glb,
      .read = read_gltf,
      .write = write_glb,
@@ -46,6 +43,9 @@ inline constexpr std::array kFormats = std::to_array<Format>({
      .media_types = {"model/gltf+json", "model/gltf"},
      .extensions = {"gltf"},
      .is_text = true,
+     .has_compression = true,
+     .keeps = {kVertexColours, kOpacity, kCornerColours, kTextureCoordinates, kFurtherTexture, kMaterialNames,
+               kMaterials, kTextures},
      .looks_like = looks_like_gltf,
      .read = read_gltf,
      .write = write_gltf,
@@ -55,15 +55,17 @@ inline constexpr std::array kFormats = std::to_array<Format>({
      .media_types = {"model/obj", "text/x-obj", "application/x-tgif"},
      .extensions = {"obj"},
      .is_text = true,
+     .has_ridge_lines = true,
+     .keeps = {kVertexColours, kTextureCoordinates, kMaterialNames, kMaterialLibraries},
      .looks_like = looks_like_obj,
      .read = read_obj,
-     .write = mesh_only<write_obj>,
-     .write_with_ridges = write_obj_with_ridges,
+     .write = write_obj,
      .patch = patch_obj},
     {.name = "ply",
      .title = "PLY",
      .media_types = {"application/x-ply", "model/ply", "text/x-ply"},
      .extensions = {"ply"},
+     .keeps = {kVertexColours, kOpacity, kFaceColours, kTextureCoordinates},
      .looks_like = looks_like_ply,
      .read = read_ply,
      .write = write_ply,
@@ -76,16 +78,17 @@ inline constexpr std::array kFormats = std::to_array<Format>({
      .has_free_head = true,
      .looks_like = looks_like_stl,
      .read = read_stl,
-     .write = mesh_only<write_stl>,
+     .write = write_stl,
      .patch = patch_stl},
     {.name = "off",
      .title = "OFF",
      .media_types = {"application/x-off", "model/off", "text/x-off"},
      .extensions = {"off"},
      .is_text = true,
+     .keeps = {kVertexColours, kOpacity, kFaceColours},
      .looks_like = looks_like_off,
      .read = read_off,
-     .write = mesh_only<write_off>,
+     .write = write_off,
      .patch = patch_off},
     {.name = "json",
      .title = "JSON",

@@ -29,10 +29,10 @@ MeshContent read_gltf(std::string_view bytes, const DecodeLimits& limits);
 ///
 /// \throw Error mesh_unsupported if a coordinate does not fit into single precision, or for more than 2²⁴ vertices;
 ///        mesh_no_faces for a mesh without faces
-std::string write_glb(const LabelledMesh& result, const nlohmann::ordered_json& extras);
+std::string write_glb(const LabelledMesh& result, const nlohmann::ordered_json& extras, const MeshStyle& style);
 
 /// Writes the JSON of write_glb with its buffer embedded as a data URI.
-std::string write_gltf(const LabelledMesh& result, const nlohmann::ordered_json& extras);
+std::string write_gltf(const LabelledMesh& result, const nlohmann::ordered_json& extras, const MeshStyle& style);
 
 /// Writes the upload with the positions of the result, in the frames of the nodes, and its normals recomputed. All else
 /// stays. Positions are in single precision, also where the upload has integers. A mesh that several nodes show

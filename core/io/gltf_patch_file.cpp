@@ -1,9 +1,12 @@
 #include "core/io/gltf_patch_file.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "core/io/base64.h"
+#include "core/io/glb.h"
 #include "core/io/write_number.h"
 
 namespace crease {
@@ -11,7 +14,7 @@ namespace {
 
 using gltf::Accessor;
 using gltf::Component;
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 constexpr int kFloats = 5126, kVertexData = 34962;
 
@@ -41,28 +44,52 @@ bool holds_vectors(const Accessor& accessor, bool are_positions) {
 }
 
 /// Positions must have their extent, in single precision.
-void set_extent(Json& accessor, const std::vector<Vec3>& values) {
+void set_extent(OrderedJson& accessor, const std::vector<Vec3>& values) {
   Eigen::AlignedBox3f box;
   for (const Vec3& value : values) box.extend(value.cast<float>());
   accessor["min"] = {box.min().x(), box.min().y(), box.min().z()};
   accessor["max"] = {box.max().x(), box.max().y(), box.max().z()};
 }
 
-void pad(std::string& bytes, char with) {
-  while (bytes.size() % 4 != 0) bytes += with;
-}
-
-void append_chunk(std::string& file, const std::string& chunk, std::uint32_t type) {
-  append_little_endian(file, static_cast<std::uint32_t>(chunk.size()));
-  append_little_endian(file, type);
-  file += chunk;
-}
-
 }  // namespace
 
 GltfPatchFile::GltfPatchFile(const gltf::Document& document)
-    : document_(document), json_(Json::parse(document.json_text())) {
+    : document_(document), json_(OrderedJson::parse(document.json_text())) {
+  drop_draco();
   if (json_.contains("meshes")) meshes_ = json_["meshes"];
+}
+
+/// What was compressed would still have the old positions: the accessors get the decoded data instead.
+void GltfPatchFile::drop_draco() {
+  if (document_.from_draco().empty()) return;
+  for (OrderedJson& mesh : json_["meshes"]) {
+    for (OrderedJson& primitive : mesh["primitives"]) {
+      if (!primitive.contains("extensions")) continue;
+      primitive["extensions"].erase(gltf::kDraco);
+      if (primitive["extensions"].empty()) primitive.erase("extensions");
+    }
+  }
+  for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
+    if (!json_.contains(list)) continue;
+    OrderedJson& names = json_[list];
+    names.erase(std::remove(names.begin(), names.end(), gltf::kDraco), names.end());
+    if (names.empty()) json_.erase(list);
+  }
+}
+
+/// Gives the decoded data to the accessors that primitives still have.
+void GltfPatchFile::store_decoded() {
+  std::set<std::size_t> used;
+  for (const OrderedJson& mesh : json_["meshes"]) {
+    for (const OrderedJson& primitive : mesh["primitives"]) {
+      for (const auto& [name, accessor] : primitive["attributes"].items()) used.insert(accessor.get<std::size_t>());
+      if (primitive.contains("indices")) used.insert(primitive["indices"].get<std::size_t>());
+    }
+  }
+  for (const auto& [accessor, data] : document_.from_draco()) {
+    if (!used.contains(accessor)) continue;
+    json_["accessors"][accessor]["bufferView"] = append_view(data);
+  }
 }
 
 std::vector<Vec3> GltfPatchFile::vectors(std::size_t index) const {
@@ -122,24 +149,27 @@ std::size_t GltfPatchFile::buffer_to_extend() const {
 }
 
 std::size_t GltfPatchFile::append(std::size_t index, const std::vector<Vec3>& values, bool are_positions) {
-  const std::size_t buffer = buffer_to_extend();
-  std::string& bytes = copy_of(buffer).bytes;
-  pad(bytes, '\0');
-  const std::string data = packed(values, Component::kFloat);
-  Json accessor = json_["accessors"][index];
+  OrderedJson accessor = json_["accessors"][index];
   for (const char* member : {"sparse", "byteOffset", "normalized", "min", "max"}) accessor.erase(member);
-  accessor["bufferView"] = json_["bufferViews"].size();
+  accessor["bufferView"] = append_view(packed(values, Component::kFloat));
+  json_["bufferViews"].back()["target"] = kVertexData;
   accessor["componentType"] = kFloats;
   if (are_positions) set_extent(accessor, values);
-  json_["bufferViews"].push_back(
-      {{"buffer", buffer}, {"byteOffset", bytes.size()}, {"byteLength", data.size()}, {"target", kVertexData}});
-  bytes += data;
-  json_["buffers"][buffer]["byteLength"] = bytes.size();
   json_["accessors"].push_back(std::move(accessor));
   return json_["accessors"].size() - 1;
 }
 
-void GltfPatchFile::set_mesh(const gltf::MeshInstance& instance, Json mesh) {
+std::size_t GltfPatchFile::append_view(const std::string& data) {
+  const std::size_t buffer = buffer_to_extend();
+  std::string& bytes = copy_of(buffer).bytes;
+  pad_chunk(bytes, '\0');
+  json_["bufferViews"].push_back({{"buffer", buffer}, {"byteOffset", bytes.size()}, {"byteLength", data.size()}});
+  bytes += data;
+  json_["buffers"][buffer]["byteLength"] = bytes.size();
+  return json_["bufferViews"].size() - 1;
+}
+
+void GltfPatchFile::set_mesh(const gltf::MeshInstance& instance, OrderedJson mesh) {
   std::vector<std::size_t>& variants = variants_[instance.mesh];
   auto found = std::ranges::find_if(variants, [&](std::size_t number) { return json_["meshes"][number] == mesh; });
   if (found == variants.end()) {
@@ -156,6 +186,7 @@ void GltfPatchFile::set_mesh(const gltf::MeshInstance& instance, Json mesh) {
 }
 
 std::string GltfPatchFile::finish(std::string_view upload) {
+  if (!document_.from_draco().empty()) store_decoded();
   for (const auto& [buffer, copy] : copies_) {
     if (document_.is_binary_chunk(buffer)) continue;
     auto& uri = json_["buffers"][buffer]["uri"];
@@ -182,11 +213,11 @@ std::string GltfPatchFile::finish_glb(std::string_view upload) const {
     std::string chunk(cursor.take(size), size);
     if (chunks.empty()) {
       chunk = json_.dump();
-      pad(chunk, ' ');
+      pad_chunk(chunk, ' ');
     } else if (changed != copies_.end() &&
                upload.data() + (cursor.offset() - size) == document_.buffers()[changed->first].data()) {
       chunk = changed->second.bytes;
-      pad(chunk, '\0');
+      pad_chunk(chunk, '\0');
     }
     append_chunk(chunks, chunk, type);
   }

@@ -40,6 +40,9 @@ class GltfPatchFile {
     std::vector<bool> written;
   };
 
+  void drop_draco();
+  void store_decoded();
+  std::size_t append_view(const std::string& data);
   Copy& copy_of(std::size_t buffer);
   bool overwrite(const gltf::Elements& elements, std::size_t element_bytes, const std::string& values);
   std::size_t append(std::size_t accessor, const std::vector<Vec3>& values, bool are_positions);

@@ -65,7 +65,7 @@ Likeness looks_like_json(const Sample& sample) {
   return sample.word.starts_with('{') ? Likeness::kText : Likeness::kUnlike;
 }
 
-std::string write_json(const LabelledMesh& result, const nlohmann::ordered_json& extras) {
+std::string write_json(const LabelledMesh& result, const nlohmann::ordered_json& extras, const MeshStyle& /*style*/) {
   std::string text = reserved_text(result.mesh);
   text.reserve(text.capacity() + kBytesPerEdge * result.edges.size());
   text += '{';

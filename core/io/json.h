@@ -13,7 +13,7 @@ Likeness looks_like_json(const Sample& sample);
 /// Positions are the shortest decimal numbers that read back to the same doubles. "classes" (per vertex: 0 smooth, 1
 /// ridge, 2 corner), "sigma" (per vertex, as exact as positions) and "segments" (per face; −1 for one that was left out
 /// and touches none that stays) are left out if the result has none.
-std::string write_json(const LabelledMesh& result, const nlohmann::ordered_json& extras);
+std::string write_json(const LabelledMesh& result, const nlohmann::ordered_json& extras, const MeshStyle& style);
 
 /// Writes {"edges": [[i, j], …], "labels": […], "dihedral_deg": […], "count", "threshold"}: the `count` edges with
 /// label ≥ `threshold` = min_label. Labels and degrees have up to six digits; rounding lifts no label to

@@ -4,6 +4,7 @@
 
 #include "core/features/ridge_lines.h"
 #include "core/features/vertex_classes.h"
+#include "core/io/appearance.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/topology.h"
 
@@ -20,6 +21,7 @@ struct LabelledMesh {
   std::vector<Index> segments{};       ///< per face, or empty; kNone: left out, and no neighbour stays
   std::vector<RidgeLine> ridge_lines{};
   std::vector<Index> corners{};  ///< the vertices of class corner, ascending
+  Appearance appearance{};       ///< of the upload, for formats that can keep some of it
 };
 
 }  // namespace crease

@@ -33,9 +33,13 @@ void MeshBuilder::expect_faces(std::size_t count, std::size_t least_bytes_each, 
 void MeshBuilder::tile_polygons() {
   if (polygons_.empty()) return;
   std::size_t triangles = 0, fans = 0;
+  std::vector<Triangle> fan;
   for (const Polygon& polygon : polygons_) {
+    const std::span<Triangle> tiles(mesh_.triangles.data() + polygon.first, polygon.count);
+    if (!appearance_.texture.empty()) fan.assign(tiles.begin(), tiles.end());
     triangles += polygon.count;
-    fans += tile_polygon(mesh_.positions, {mesh_.triangles.data() + polygon.first, polygon.count}) ? 0 : 1;
+    fans += tile_polygon(mesh_.positions, tiles) ? 0 : 1;
+    if (!appearance_.texture.empty()) move_texture(polygon.first, fan);
   }
   warn("polygons_triangulated", fmt::format("{} of more than 3 corners became {} triangles",
                                             counted(polygons_.size(), "face", "faces"), triangles));
@@ -45,18 +49,73 @@ void MeshBuilder::tile_polygons() {
   }
 }
 
+void MeshBuilder::add_texture(std::span<const Index> numbers) {
+  if (numbers.size() < 3) return;
+  if (appearance_.texture.empty()) appearance_.texture.emplace_back();
+  std::vector<Triangle>& corners = appearance_.texture.front().corners;
+  corners.resize(mesh_.triangles.size() - (numbers.size() - 2), {kNone, kNone, kNone});
+  for (std::size_t k = 2; k < numbers.size(); ++k) corners.push_back({numbers[0], numbers[k - 1], numbers[k]});
+}
+
+/// Texture coordinates follow the corners of a polygon from its fan to the triangles that tile it.
+void MeshBuilder::move_texture(std::size_t first, std::span<const Triangle> fan) {
+  std::vector<Triangle>& corners = appearance_.texture.front().corners;
+  if (corners.size() < first + fan.size()) return;
+  if (std::ranges::equal(fan, std::span(mesh_.triangles).subspan(first, fan.size()))) return;
+  std::vector<std::pair<Index, Index>> number_of;
+  for (std::size_t i = 0; i < fan.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) number_of.emplace_back(fan[i][k], corners[first + i][k]);
+  }
+  std::ranges::stable_sort(number_of, {}, &std::pair<Index, Index>::first);
+  for (std::size_t i = first; i < first + fan.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index vertex = mesh_.triangles[i][k];
+      corners[i][k] = std::ranges::lower_bound(number_of, vertex, {}, &std::pair<Index, Index>::first)->second;
+    }
+  }
+}
+
+void MeshBuilder::start_material(Index material) {
+  std::vector<MaterialRun>& runs = appearance_.material_runs;
+  const auto next = static_cast<Index>(mesh_.triangles.size());
+  if (!runs.empty() && runs.back().first_face == next) runs.pop_back();
+  const Index current = runs.empty() ? kNone : runs.back().material;
+  if (material != current) runs.push_back({next, material});
+}
+
+/// Brings what was read to the length of the mesh.
+void MeshBuilder::settle_appearance() {
+  for (CornerValues<2>& set : appearance_.texture) {
+    for (auto& [u, v] : set.values) {
+      if (std::isfinite(u) && std::isfinite(v)) continue;
+      u = v = 0;
+      drop("texture coordinates that are no finite numbers");
+    }
+  }
+  for (CornerValues<2>& set : appearance_.texture) {
+    if (!set.corners.empty()) set.corners.resize(mesh_.triangles.size(), {kNone, kNone, kNone});
+  }
+  if (std::vector<Colour>& colours = appearance_.face_colours;
+      !colours.empty() && colours.size() != mesh_.triangles.size()) {
+    colours.clear();
+    drop("face colours of some faces");
+  }
+  if (!appearance_.material_runs.empty() && appearance_.material_runs.back().first_face >= mesh_.triangles.size()) {
+    appearance_.material_runs.pop_back();
+  }
+}
+
 MeshContent MeshBuilder::finish() {
   tile_polygons();
+  settle_appearance();
   if (skipped_faces_ != 0) {
     warn("faces_skipped", fmt::format("skipped {} of fewer than 3 corners; the first is at {}",
                                       counted(skipped_faces_, "face", "faces"), first_skipped_));
   }
-  if (!dropped_.empty()) {
-    warn("attributes_dropped",
-         fmt::format("only format=original keeps these of the file: {}", fmt::join(dropped_, ", ")));
-  }
+  const std::vector<std::string> attributes = attributes_of(appearance_, mesh_.triangles);
+  if (!attributes.empty()) warn("attributes_dropped", describe_dropped(attributes));
   std::vector<double> final_weights = std::move(weights());
-  return {std::move(mesh_), std::move(final_weights), std::move(warnings_)};
+  return {std::move(mesh_), std::move(final_weights), std::move(appearance_), std::move(warnings_)};
 }
 
 void MeshBuilder::fail_too_large(std::string_view what, std::size_t limit, const std::string& place) {

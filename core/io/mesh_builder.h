@@ -74,10 +74,20 @@ class MeshBuilder {
     return static_cast<Index>(index);
   }
 
-  /// Notes something that the file has and a mesh has not, for the warning attributes_dropped: "texture coordinates".
+  /// Notes something that only the original keeps, for the warning attributes_dropped: "groups".
   void drop(std::string_view attribute) {
-    if (std::ranges::find(dropped_, attribute) == dropped_.end()) dropped_.emplace_back(attribute);
+    std::vector<std::string>& others = appearance_.others;
+    if (std::ranges::find(others, attribute) == others.end()) others.emplace_back(attribute);
   }
+
+  Appearance& appearance() { return appearance_; }
+  /// Gives the corners of the face that was added last numbers of texture coordinates, kNone for none. All faces
+  /// without have none.
+  void add_texture(std::span<const Index> numbers);
+  /// Gives the face that was added last a colour. Colours that not all faces have are dropped.
+  void add_face_colour(const Colour& colour) { appearance_.face_colours.resize(mesh_.triangles.size(), colour); }
+  /// The faces from the next on have this material.
+  void start_material(Index material);
 
   void warn(std::string_view code, std::string detail) { warnings_.push_back({std::string(code), std::move(detail)}); }
 
@@ -98,6 +108,8 @@ class MeshBuilder {
   [[noreturn]] static void fail_not_finite(const std::string& place);
   [[noreturn]] void fail_index(std::int64_t index, std::size_t count) const;
   void tile_polygons();
+  void settle_appearance();
+  void move_texture(std::size_t first, std::span<const Triangle> fan);
 
   /// A face of more than three corners.
   struct Polygon {
@@ -112,7 +124,7 @@ class MeshBuilder {
   std::vector<Polygon> polygons_;
   std::size_t skipped_faces_ = 0;
   std::string first_skipped_;
-  std::vector<std::string> dropped_;
+  Appearance appearance_;
   std::vector<Warning> warnings_;
 };
 

@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <optional>
+
 #include "core/base/text.h"
 #include "core/io/corner_normals.h"
 #include "core/io/mesh_builder.h"
 #include "core/io/text_cursor.h"
 #include "core/io/text_patch.h"
+#include "core/io/write_number.h"
 #include "core/io/write_text.h"
 
 namespace crease {
@@ -84,8 +88,56 @@ Counts read_counts(TextCursor& cursor) {
   return counts;
 }
 
-void read_vertices(TextCursor& cursor, MeshBuilder& builder, std::size_t count) {
-  bool has_columns = false;
+/// Numbers behind the positions or the corners of a file: colours of three or four numbers from 0 to 1, or, if there is
+/// any larger one in the file, to 255.
+class OffColours {
+ public:
+  explicit OffColours(std::size_t expected) : expected_(expected) {}
+
+  /// Reads the rest of a line, of which `before` other numbers come first.
+  void read(TextCursor& cursor, std::size_t before) {
+    Colour colour{0, 0, 0, kNoOpacity};
+    std::size_t count = 0;
+    for (; before > 0 && !cursor.at_line_end(); --before) cursor.word();
+    for (; !cursor.at_line_end(); ++count) {
+      const double value = number_of(cursor.word());
+      if (count >= colour.size() || !(value >= 0 && value <= kMost)) return fail();
+      colour[count] = static_cast<float>(value);
+      largest_ = std::max(largest_, value);
+    }
+    if (count == 0) return;
+    if (count < 3) return fail();
+    colours_.push_back(colour);
+  }
+
+  /// The colours if every vertex or face has one; otherwise what the numbers are is dropped as `name`.
+  std::vector<Colour> finish(MeshBuilder& builder, std::string_view name) {
+    if (odd_ || (!colours_.empty() && colours_.size() != expected_)) {
+      builder.drop(name);
+      return {};
+    }
+    const float scale = largest_ > 1 ? 255.0F : 1.0F;
+    for (Colour& colour : colours_) {
+      for (float& value : colour) value /= scale;
+      if (colour[3] < 0) colour[3] = 1;
+    }
+    return std::move(colours_);
+  }
+
+ private:
+  static constexpr float kNoOpacity = -1;
+  static constexpr double kMost = 255;
+
+  void fail() { odd_ = true; }
+
+  std::size_t expected_;
+  std::vector<Colour> colours_;
+  double largest_ = 0;
+  bool odd_ = false;
+};
+
+void read_vertices(TextCursor& cursor, MeshBuilder& builder, std::size_t count, bool has_normals) {
+  OffColours colours(count);
   for (std::size_t i = 0; i < count; ++i) {
     if (!cursor.skip_to_word()) cursor.fail_expected("a vertex");
     const std::size_t line = cursor.line();
@@ -96,17 +148,17 @@ void read_vertices(TextCursor& cursor, MeshBuilder& builder, std::size_t count) 
       cursor.fail(code::kMeshSyntax, "the line goes on behind a vertex that began on an earlier line");
     }
     builder.add_vertex(x, y, z, [&] { return cursor.place(); });
-    if (!has_columns && !cursor.at_line_end()) {
-      has_columns = true;
-      builder.drop("vertex colours, normals or other numbers behind positions");
-    }
+    if (!cursor.at_line_end()) colours.read(cursor, has_normals ? 3 : 0);
     cursor.skip_line();
   }
+  builder.appearance().colours.values = colours.finish(builder, "vertex colours or other numbers behind positions");
+  builder.appearance().has_normals = has_normals;
 }
 
 void read_faces(TextCursor& cursor, MeshBuilder& builder, std::size_t count) {
   std::vector<Index> corners;
-  bool has_colours = false;
+  OffColours colours(count);
+  std::vector<std::size_t> ends;  // of the triangles of each face, once one has a colour
   for (std::size_t i = 0; i < count; ++i) {
     if (!cursor.skip_to_word()) cursor.fail_expected("a face");
     const std::size_t size = cursor.count("the number of corners");
@@ -115,11 +167,22 @@ void read_faces(TextCursor& cursor, MeshBuilder& builder, std::size_t count) {
       corners.push_back(builder.checked_index(cursor.integer("a vertex index"), builder.vertices()));
     }
     builder.add_face(corners, [&] { return cursor.place(); });
-    if (!has_colours && !cursor.at_line_end()) {
-      has_colours = true;
-      builder.drop("face colours");
+    if (!cursor.at_line_end()) {
+      colours.read(cursor, 0);
+      ends.push_back(builder.mesh().triangles.size());
     }
     cursor.skip_line();
+  }
+  const std::vector<Colour> of_faces = colours.finish(builder, "face colours");
+  for (std::size_t i = 0; i < of_faces.size(); ++i) {
+    builder.appearance().face_colours.resize(ends[i], of_faces[i]);
+  }
+}
+
+void append_colour(std::string& text, const Colour& colour) {
+  for (const float value : colour) {
+    text += ' ';
+    append_number(text, static_cast<unsigned>(byte_of(value)));
   }
 }
 
@@ -133,12 +196,12 @@ MeshContent read_off(std::string_view bytes, const DecodeLimits& limits) {
   TextCursor cursor(bytes, {.comment = '#'});
   MeshBuilder builder(limits);
   if (!cursor.skip_to_word()) cursor.fail_expected("the keyword OFF");
-  read_keyword(cursor);
+  const Keyword keyword = read_keyword(cursor);
   const Counts counts = read_counts(cursor);
   const std::size_t rest = cursor.rest() + 1;  // the last line may lack its line end
   builder.expect_vertices(counts.vertices, kLeastVertexBytes, rest, counts.place);
   builder.expect_faces(counts.faces, kLeastFaceBytes, rest - counts.vertices * kLeastVertexBytes, counts.place);
-  read_vertices(cursor, builder, counts.vertices);
+  read_vertices(cursor, builder, counts.vertices, keyword.has_normals);
   read_faces(cursor, builder, counts.faces);
   if (cursor.skip_to_word()) {
     builder.warn("trailing_bytes", "ignored everything after the last face, from " + cursor.place());
@@ -146,11 +209,35 @@ MeshContent read_off(std::string_view bytes, const DecodeLimits& limits) {
   return builder.finish();
 }
 
-std::string write_off(const Mesh& mesh) {
+std::string write_off(const LabelledMesh& result, const nlohmann::ordered_json& /*extras*/,
+                      const MeshStyle& /*style*/) {
+  const Mesh& mesh = result.mesh;
+  const std::vector<Colour> colours = vertex_colours(result.appearance, mesh, false);
+  const std::vector<Colour>& of_faces = result.appearance.face_colours;
+  std::optional<NormalMeans> normals;
+  if (result.appearance.has_normals) normals.emplace(result, mesh.positions.size()).add_vertices();
   std::string text = reserved_text(mesh);
-  text += fmt::format("OFF\n{} {} 0\n", mesh.positions.size(), mesh.triangles.size());
-  append_positions(text, mesh, "");
-  append_faces(text, mesh, "3 ", 0);
+  text += fmt::format("{}{}OFF\n{} {} 0\n", colours.empty() ? "" : "C", normals ? "N" : "", mesh.positions.size(),
+                      mesh.triangles.size());
+  for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
+    append_numbers(text, mesh.positions[vertex]);
+    if (normals) {
+      text += ' ';
+      append_numbers(text, (*normals)[vertex].value_or(Vec3::UnitZ()).cast<float>());
+    }
+    if (!colours.empty()) append_colour(text, colours[vertex]);
+    text += '\n';
+  }
+  if (of_faces.empty()) {
+    append_faces(text, mesh.triangles, "3 ", 0);
+  } else {
+    for (std::size_t face = 0; face < mesh.triangles.size(); ++face) {
+      append_faces(text, {&mesh.triangles[face], 1}, "3 ", 0);
+      text.pop_back();
+      append_colour(text, of_faces[face]);
+      text += '\n';
+    }
+  }
   return text;
 }
 

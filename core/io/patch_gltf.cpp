@@ -27,7 +27,10 @@ struct PrimitiveAccessors {
 class GltfPatcher {
  public:
   GltfPatcher(std::string_view upload, const LabelledMesh& result)
-      : document_(upload), content_(read_gltf(document_, kNoLimits, layout_)), result_(result), file_(document_) {
+      : document_(upload, kNoLimits),
+        content_(read_gltf(document_, kNoLimits, layout_)),
+        result_(result),
+        file_(document_) {
     require_vertices(content_.mesh.positions.size(), result.mesh);
     if (layout_.triangles.size() == result.mesh.triangles.size()) return;
     throw Error(code::kMeshCountMismatch, fmt::format("the original file has {} faces, but the result has {}",
@@ -79,10 +82,6 @@ class GltfPatcher {
   PrimitiveAccessors write_primitive(const GltfLayout::Primitive& primitive) {
     const gltf::MeshInstance& instance = layout_.instances[primitive.instance];
     const std::string place = fmt::format("mesh {}", instance.mesh);
-    if (primitive.json->contains("extensions") &&
-        primitive.json->at("extensions").contains("KHR_draco_mesh_compression")) {
-      throw Error(code::kMeshUnsupported, "meshes that Draco has compressed cannot be returned as the original", place);
-    }
     const std::size_t position = gltf::size_member(primitive.json->at("attributes"), "POSITION", place);
     PrimitiveAccessors accessors{primitive.number, position, position, normal_accessor(primitive)};
     const auto [known, is_new] = positions_.try_emplace(primitive.vertices.first, position);

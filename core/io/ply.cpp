@@ -2,18 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
 
 #include "core/base/text.h"
 #include "core/io/mesh_builder.h"
 #include "core/io/ply_body.h"
-#include "core/io/write_number.h"
+#include "core/io/ply_slots.h"
 
 namespace crease {
 namespace {
-
-/// The content of a vertex property: a coordinate (0 to 2), the weight, or something that is skipped.
-enum Slot : std::size_t { kWeight = 3, kOther = 4 };
 
 template <typename Body>
 class BodyReader {
@@ -68,9 +64,9 @@ class BodyReader {
            });
   }
 
-  void drop_others(const PlyElement& element, std::size_t list) {
+  void drop_others(const PlyElement& element, const PlySlots& slots, std::size_t list = kNone) {
     for (std::size_t k = 0; k < element.properties.size(); ++k) {
-      if (k == list) continue;
+      if (k == list || slots[k] != kOther) continue;
       builder_.drop(printable(element.name) + " property " + printable(element.properties[k].name));
     }
   }
@@ -91,35 +87,34 @@ class BodyReader {
     }
   }
 
-  static std::vector<std::size_t> vertex_slots(const PlyElement& element) {
+  static PlySlots vertex_slots(const PlyElement& element) {
     constexpr std::array<std::string_view, 4> kNames{"x", "y", "z", "weight"};
-    std::vector<std::size_t> slots;
-    std::array<int, kOther + 1> seen{};
-    for (const PlyProperty& property : element.properties) {
-      const auto name = property.count_type ? kNames.end() : std::find(kNames.begin(), kNames.end(), property.name);
-      slots.push_back(static_cast<std::size_t>(name - kNames.begin()));
-      ++seen[slots.back()];
-    }
+    PlySlots slots(element);
     for (std::size_t k = 0; k < kNames.size(); ++k) {
-      if (seen[k] == 1 || (k == kWeight && seen[k] == 0)) continue;
+      if (slots.count(k) == 1 || (k == kWeight && slots.count(k) == 0)) continue;
       throw Error(code::kMeshSyntax,
-                  fmt::format("the vertices have {} properties '{}', expected one", seen[k], kNames[k]), element.place);
+                  fmt::format("the vertices have {} properties '{}', expected one", slots.count(k), kNames[k]),
+                  element.place);
     }
+    slots.skip(kTexcoord);
+    if (slots.count(kNormal) != 3) slots.skip(kNormal);
     return slots;
   }
 
   void read_vertices(const PlyElement& element) {
-    const std::vector<std::size_t> slots = vertex_slots(element);
+    PlySlots slots = vertex_slots(element);
+    if (has_corner_texture()) slots.skip_texture();
     builder_.expect_vertices(element.count, least_bytes(element), body_.rest(), element.place);
-    for (std::size_t k = 0; k < slots.size(); ++k) {
-      if (slots[k] == kOther) builder_.drop("vertex property " + printable(element.properties[k].name));
-    }
-    const bool weighted = std::find(slots.begin(), slots.end(), kWeight) != slots.end();
-    std::array<double, kOther> values{};
+    drop_others(element, slots);
+    const bool weighted = slots.count(kWeight) != 0;
+    const bool looks = slots.has_colour() || slots.has_texture();
+    builder_.appearance().has_normals = slots.count(kNormal) == 3;
+    std::array<double, kTexcoord> values{};
+    values[kAlpha] = static_cast<double>(slots.full());
     for (std::size_t i = 0; i < element.count; ++i) {
       body_.begin_element();
-      for (std::size_t k = 0; k < slots.size(); ++k) {
-        if (slots[k] < kOther) {
+      for (std::size_t k = 0; k < element.properties.size(); ++k) {
+        if (slots[k] < kNormal) {
           values[slots[k]] = body_.number(element.properties[k].type);
         } else {
           skip_property(element.properties[k]);
@@ -127,8 +122,39 @@ class BodyReader {
       }
       builder_.add_vertex(values[0], values[1], values[2], [&] { return body_.place(); });
       if (weighted) builder_.set_weight(i, values[kWeight], [&] { return body_.place(); });
+      if (looks) add_look(slots, values);
       body_.end_element();
     }
+    settle_colours(builder_.appearance().colours.values, "vertex colours");
+  }
+
+  static Colour colour_of(const PlySlots& slots, const std::array<double, kTexcoord>& values) {
+    Colour colour{};
+    for (std::size_t k = 0; k < 4; ++k) colour[k] = static_cast<float>(values[kRed + k]) / slots.full();
+    return colour;
+  }
+
+  void add_look(const PlySlots& slots, const std::array<double, kTexcoord>& values) {
+    Appearance& look = builder_.appearance();
+    if (slots.has_colour()) look.colours.values.push_back(colour_of(slots, values));
+    if (!slots.has_texture()) return;
+    if (look.texture.empty()) look.texture.emplace_back();
+    look.texture.front().values.push_back({static_cast<float>(values[kU]), static_cast<float>(values[kV])});
+  }
+
+  /// Colours in floats that are not from 0 to 1 are none.
+  void settle_colours(std::vector<Colour>& colours, std::string_view what) {
+    const auto fits = [](float value) { return value >= 0 && value <= 1; };
+    if (std::ranges::all_of(colours, [&](const Colour& colour) { return std::ranges::all_of(colour, fits); })) return;
+    colours.clear();
+    builder_.drop(fmt::format("{} that are not from 0 to 1", what));
+  }
+
+  bool has_corner_texture() const {
+    return std::ranges::any_of(header_.elements, [](const PlyElement& element) {
+      return element.name == "face" && element.count > 0 &&
+             std::ranges::any_of(element.properties, [](const auto& one) { return slot_of(one) == kTexcoord; });
+    });
   }
 
   static std::size_t corner_list(const PlyElement& element) {
@@ -148,30 +174,87 @@ class BodyReader {
     if (element.count == 0) return;
     const std::size_t list = corner_list(element);
     builder_.expect_faces(element.count, least_bytes(element), body_.rest(), element.place);
-    drop_others(element, list);
+    const PlySlots slots = face_slots(element);
+    drop_others(element, slots, list);
+    const bool has_colour = slots.has_colour(), has_texture = slots.count(kTexcoord) != 0;
+    std::array<double, kTexcoord> values{};
+    values[kAlpha] = static_cast<double>(slots.full());
     for (std::size_t i = 0; i < element.count; ++i) {
       body_.begin_element();
       for (std::size_t k = 0; k < element.properties.size(); ++k) {
+        const PlyProperty& property = element.properties[k];
         if (k == list) {
-          read_corners(element.properties[k]);
+          read_corners(property);
+        } else if (slots[k] == kTexcoord) {
+          read_corner_texture(property);
+        } else if (slots[k] < kTexcoord) {
+          values[slots[k]] = body_.number(property.type);
         } else {
-          skip_property(element.properties[k]);
+          skip_property(property);
         }
       }
       builder_.add_face(corners_, [&] { return body_.place(); });
+      if (has_colour) builder_.add_face_colour(colour_of(slots, values));
+      if (has_texture) add_corner_texture();
       body_.end_element();
     }
+    settle_colours(builder_.appearance().face_colours, "face colours");
+  }
+
+  /// Of the properties that vertices have, only colours have a meaning for faces.
+  static PlySlots face_slots(const PlyElement& element) {
+    PlySlots slots(element);
+    for (const std::size_t slot : {std::size_t{0}, std::size_t{1}, std::size_t{2}, std::size_t{kWeight}}) {
+      slots.skip(slot);
+    }
+    slots.skip(kNormal);
+    slots.skip_texture();
+    if (slots.count(kTexcoord) > 1) slots.skip(kTexcoord);
+    return slots;
+  }
+
+  void read_corner_texture(const PlyProperty& property) {
+    const std::size_t count = body_.length(*property.count_type);
+    body_.require(property.type, count);
+    corner_texture_.clear();
+    for (std::size_t k = 0; k < count; ++k) {
+      corner_texture_.push_back(static_cast<float>(body_.number(property.type)));
+    }
+  }
+
+  void add_corner_texture() {
+    if (corner_texture_.empty()) return;
+    if (corner_texture_.size() != 2 * corners_.size()) {
+      builder_.drop("lists texcoord whose length does not fit the face");
+      return;
+    }
+    Appearance& look = builder_.appearance();
+    if (look.texture.empty()) look.texture.emplace_back();
+    std::vector<std::array<float, 2>>& values = look.texture.front().values;
+    std::vector<Index> numbers;
+    for (std::size_t k = 0; k < corners_.size(); ++k) {
+      numbers.push_back(static_cast<Index>(values.size()));
+      values.push_back({corner_texture_[2 * k], corner_texture_[2 * k + 1]});
+    }
+    builder_.add_texture(numbers);
   }
 
   static bool has_corner_list(const PlyElement& element) {
     return std::ranges::any_of(element.properties, is_corner_list);
   }
 
+  /// Strips have no property beside their corners.
+  static PlySlots strip_slots(const PlyElement& element) {
+    PlySlots slots = face_slots(element);
+    for (std::size_t slot = kRed; slot <= kTexcoord; ++slot) slots.skip(slot);
+    return slots;
+  }
+
   /// Strips of triangles one after another, with −1 between them. Triangles without area that only connect parts of a
   /// strip are no faces.
   void read_strips(const PlyElement& element) {
     const std::size_t list = corner_list(element);
-    drop_others(element, list);
+    drop_others(element, strip_slots(element), list);
     for (std::size_t i = 0; i < element.count; ++i) {
       body_.begin_element();
       for (std::size_t k = 0; k < element.properties.size(); ++k) {
@@ -232,6 +315,7 @@ class BodyReader {
   MeshBuilder builder_;
   std::size_t vertex_count_ = 0;
   std::vector<Index> corners_;
+  std::vector<float> corner_texture_;  ///< of the current face
 };
 
 }  // namespace
@@ -246,38 +330,6 @@ MeshContent read_ply(std::string_view bytes, const DecodeLimits& limits) {
   if (header.encoding == PlyEncoding::kAscii) return BodyReader(PlyAsciiBody(cursor), header, limits).read();
   const bool big_endian = header.encoding == PlyEncoding::kBigEndian;
   return BodyReader(PlyBinaryBody(bytes, header.binary_start, big_endian), header, limits).read();
-}
-
-std::string write_ply(const LabelledMesh& result, const nlohmann::ordered_json& /*extras*/) {
-  const Mesh& mesh = result.mesh;
-  const bool has_sigma = !result.sigma.empty();
-  const std::string edges = fmt::format(
-      "element edge {}\nproperty uint vertex1\nproperty uint vertex2\nproperty float label\nproperty float "
-      "dihedral_deg\n",
-      result.edges.size());
-  std::string bytes = fmt::format(
-      "ply\nformat binary_little_endian 1.0\n"
-      "element vertex {}\nproperty double x\nproperty double y\nproperty double z\n{}"
-      "element face {}\nproperty list uchar uint vertex_indices\n{}end_header\n",
-      mesh.positions.size(), has_sigma ? "property double sigma\n" : "", mesh.triangles.size(),
-      result.edges.empty() ? "" : edges);
-  bytes.reserve(bytes.size() + (has_sigma ? 32 : 24) * mesh.positions.size() + 13 * mesh.triangles.size() +
-                16 * result.edges.size());
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    for (const double coordinate : mesh.positions[v]) append_little_endian(bytes, coordinate);
-    if (has_sigma) append_little_endian(bytes, result.sigma[v]);
-  }
-  for (const Triangle& triangle : mesh.triangles) {
-    append_little_endian(bytes, static_cast<std::uint8_t>(3));
-    for (const Index corner : triangle) append_little_endian(bytes, corner);
-  }
-  for (std::size_t e = 0; e < result.edges.size(); ++e) {
-    append_little_endian(bytes, result.edges[e].v0);
-    append_little_endian(bytes, result.edges[e].v1);
-    append_little_endian(bytes, static_cast<float>(result.labels[e]));
-    append_little_endian(bytes, static_cast<float>(result.dihedral_rad[e] * 180 / std::numbers::pi));
-  }
-  return bytes;
 }
 
 }  // namespace crease

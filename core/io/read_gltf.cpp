@@ -2,11 +2,13 @@
 #include <cmath>
 #include <map>
 #include <span>
+#include <tuple>
 #include <utility>
 
 #include "core/base/text.h"
 #include "core/io/gltf.h"
 #include "core/io/gltf_layout.h"
+#include "core/io/gltf_looks.h"
 #include "core/io/mesh_builder.h"
 #include "core/mesh/position_index.h"
 
@@ -29,7 +31,9 @@ class GltfReader {
     std::vector<gltf::MeshInstance> instances = mesh_instances(document_);
     for (instance_ = 0; instance_ < instances.size(); ++instance_) read_instance(instances[instance_]);
     if (layout_ != nullptr) layout_->triangles = builder_.mesh().triangles;
+    looks_.finish();
     share_vertices();
+    materials_.finish();
     note_dropped();
     if (layout_ != nullptr) {
       layout_->instances = std::move(instances);
@@ -67,6 +71,7 @@ class GltfReader {
     const Json* attributes = gltf::find_member(primitive, "attributes", place);
     if (attributes == nullptr) throw Error(code::kMeshSyntax, "'attributes' is missing", place);
     note_attributes(primitive, place);
+    materials_.start(primitive, place);
     const VertexRange range = read_vertices(*attributes, gltf::morphs_of(primitive, instance, place), instance, place);
     const std::vector<Index> corners = read_corners(primitive, range, place);
     if (mode == kTriangles ? corners.size() % 3 != 0 : corners.size() < 3) {
@@ -83,7 +88,7 @@ class GltfReader {
   VertexRange read_vertices(const Json& attributes, const gltf::Morphs& morphs, const gltf::MeshInstance& instance,
                             const std::string& place) {
     const std::size_t index = gltf::size_member(attributes, "POSITION", place);
-    const auto [known, is_new] = ranges_.try_emplace({index, morphs});
+    const auto [known, is_new] = ranges_.try_emplace({index, morphs, looks_.accessors(attributes, place)});
     VertexRange& range = known->second;
     if (is_new) read_new_vertices(index, attributes, morphs, instance, range, place);
     if (!range.weighted && attributes.contains("_WEIGHT")) {
@@ -110,6 +115,7 @@ class GltfReader {
       MeshBuilder::fail_too_large("vertices", builder_.limits().max_vertices, accessor.place);
     }
     read_positions(accessor, morphs, instance, range);
+    looks_.read(attributes, range, place);
     if (attributes.contains("_SOURCE")) read_sources(gltf::size_member(attributes, "_SOURCE", place), range, place);
   }
 
@@ -231,29 +237,26 @@ class GltfReader {
     }
   }
 
-  /// Notes what the file has beside positions and faces. Of files that creased wrote, the looks are those of results.
+  /// Notes what only the original keeps.
   void note_dropped() {
-    const Json* generator = gltf::find_member(document_.root().at("asset"), "generator", "asset");
-    const bool is_ours = generator != nullptr && generator->is_string() &&
-                         generator->get_ref<const std::string&>().starts_with("creased ");
-    for (const char* array : {"materials", "textures", "animations", "skins", "cameras", "extensionsUsed"}) {
-      const bool is_look = std::string_view(array) == "materials" || std::string_view(array) == "extensionsUsed";
-      if (is_ours && is_look) continue;
-      if (!gltf::array_member(document_.root(), array, array).empty()) {
-        builder_.drop(std::string_view(array) == "extensionsUsed" ? "extensions" : array);
-      }
+    const Json& root = document_.root();
+    for (const char* array : {"animations", "skins", "cameras"}) {
+      if (!gltf::array_member(root, array, array).empty()) builder_.drop(array);
     }
-    if (gltf::array_member(document_.root(), "nodes", "nodes").size() > 1) builder_.drop("nodes");
+    if (gltf::array_member(root, "nodes", "nodes").size() > 1) builder_.drop("nodes");
   }
 
-  /// Notes the attributes of a primitive that results have not, or have anew.
   void note_attributes(const Json& primitive, const std::string& place) {
-    constexpr std::array<std::string_view, 8> kOfResults{"POSITION", "NORMAL", "_WEIGHT", "_SOURCE",
-                                                         "_LABEL",   "_CLASS", "_SIGMA",  "_SEGMENT"};
+    constexpr std::array<std::string_view, 7> kOfResults{"POSITION", "_WEIGHT", "_SOURCE", "_LABEL",
+                                                         "_CLASS",   "_SIGMA",  "_SEGMENT"};
     const Json* attributes = gltf::find_member(primitive, "attributes", place);
     if (attributes == nullptr || !attributes->is_object()) return;
     for (const auto& [name, accessor] : attributes->items()) {
-      if (std::ranges::find(kOfResults, name) == kOfResults.end()) builder_.drop("attribute " + printable(name));
+      if (name == "NORMAL") {
+        builder_.appearance().has_normals = true;
+      } else if (std::ranges::find(kOfResults, name) == kOfResults.end() && !looks_.is_read(name, *attributes)) {
+        builder_.drop("attribute " + printable(name));
+      }
     }
     if (!gltf::array_member(primitive, "targets", place).empty()) builder_.drop("morph targets");
   }
@@ -298,8 +301,10 @@ class GltfReader {
   MeshBuilder builder_;
   GltfLayout* layout_;
   std::size_t instance_ = 0, primitive_ = 0;  ///< being read
-  /// Of the current instance, by POSITION accessor and morph targets.
-  std::map<std::pair<std::size_t, gltf::Morphs>, VertexRange> ranges_;
+  GltfLooks looks_{document_, builder_};
+  GltfMaterials materials_{document_, builder_};
+  /// Of the current instance, by POSITION accessor, morph targets, and accessors of colours and texture coordinates.
+  std::map<std::tuple<std::size_t, gltf::Morphs, std::vector<std::size_t>>, VertexRange> ranges_;
   std::vector<Index> originals_;  ///< per vertex, if a _SOURCE names them; may be shorter than the list of vertices
   std::vector<Index> vertex_of_;  ///< per vertex before they are shared
   std::size_t skipped_ = 0;
@@ -317,7 +322,7 @@ Likeness looks_like_gltf(const Sample& sample) {
 }
 
 MeshContent read_gltf(std::string_view bytes, const DecodeLimits& limits) {
-  const gltf::Document document(bytes);
+  const gltf::Document document(bytes, limits);
   return GltfReader(document, limits, nullptr).read();
 }
 

@@ -6,14 +6,14 @@
 
 #include "core/base/text.h"
 #include "core/io/base64.h"
+#include "core/io/glb.h"
 #include "core/io/gltf_compressed.h"
+#include "core/io/gltf_draco.h"
 #include "core/io/text_cursor.h"
 
 namespace crease::gltf {
 namespace {
 
-constexpr std::uint32_t kJsonChunk = 0x4e4f534a;
-constexpr std::uint32_t kBinaryChunk = 0x004e4942;
 constexpr const char* kMeshopt = "EXT_meshopt_compression";
 
 Component component_member(const Json& object, const std::string& place) {
@@ -27,12 +27,18 @@ Component component_member(const Json& object, const std::string& place) {
 /// Whether the positions and faces of the default scene are the same without the extension: it concerns materials,
 /// textures, light, sound, behaviour, meaning or metadata.
 bool moves_no_vertex(std::string_view extension) {
-  constexpr std::array<std::string_view, 22> kPrefixes{"KHR_materials_",
+  constexpr std::array<std::string_view, 28> kPrefixes{"AGI_",
+                                                       "ASOBO_",
+                                                       "GODOT_",
+                                                       "GRIFFEL_",
+                                                       "MOZ_",
+                                                       "OMI_",
+                                                       "KHR_materials_",
                                                        "EXT_materials_",
                                                        "ADOBE_materials_",
                                                        "NV_materials_",
                                                        "MSFT_materials_",
-                                                       "VRMC_materials_",
+                                                       "VRMC_",
                                                        "KHR_texture_",
                                                        "EXT_texture_",
                                                        "MSFT_texture_",
@@ -49,26 +55,26 @@ bool moves_no_vertex(std::string_view extension) {
                                                        "EXT_feature_",
                                                        "EXT_mesh_features",
                                                        "KHR_physics_"};
-  constexpr std::array<std::string_view, 9> kNames{"KHR_techniques_webgl",
-                                                   "MSFT_packing_normalRoughnessMetallic",
-                                                   "MSFT_packing_occlusionRoughnessMetallic",
-                                                   "EXT_lights_ies",
-                                                   "EXT_instance_features",
-                                                   "KHR_node_hoverability",
-                                                   "KHR_node_selectability",
-                                                   "KHR_implicit_shapes",
-                                                   "CESIUM_primitive_outline"};
+  constexpr std::array<std::string_view, 13> kNames{"KHR_techniques_webgl",
+                                                    "KHR_environment_map",
+                                                    "EXT_mesh_manifold",
+                                                    "EXT_mesh_primitive_edge_visibility",
+                                                    "VRM",
+                                                    "MSFT_packing_normalRoughnessMetallic",
+                                                    "MSFT_packing_occlusionRoughnessMetallic",
+                                                    "EXT_lights_ies",
+                                                    "EXT_instance_features",
+                                                    "KHR_node_hoverability",
+                                                    "KHR_node_selectability",
+                                                    "KHR_implicit_shapes",
+                                                    "CESIUM_primitive_outline"};
   return std::ranges::any_of(kPrefixes, [&](std::string_view prefix) { return extension.starts_with(prefix); }) ||
          std::ranges::find(kNames, extension) != kNames.end();
 }
 
 /// The reader knows what these do to positions and faces.
-bool is_read(std::string_view extension) { return extension == "KHR_mesh_quantization" || extension == kMeshopt; }
-
-/// An extension of an object, or null. \throw Error mesh_syntax with `place`
-const Json* find_extension(const Json& object, const char* name, const std::string& place) {
-  const Json* extensions = find_member(object, "extensions", place);
-  return extensions == nullptr ? nullptr : find_member(*extensions, name, place);
+bool is_read(std::string_view extension) {
+  return extension == "KHR_mesh_quantization" || extension == kMeshopt || extension == kDraco;
 }
 
 /// Whether a buffer stands for data that is there in compressed form only.
@@ -79,7 +85,21 @@ bool is_fallback(const Json& buffer, const std::string& place) {
   return fallback != nullptr && *fallback == true;
 }
 
+std::size_t components_of(const Json& accessor, const std::string& place) {
+  constexpr std::array<const char*, 4> kTypes{"SCALAR", "VEC2", "VEC3", "VEC4"};
+  const Json* type = find_member(accessor, "type", place);
+  const auto names = [&](const char* name) { return type != nullptr && *type == name; };
+  const auto found = std::ranges::find_if(kTypes, names);
+  if (found != kTypes.end()) return static_cast<std::size_t>(found - kTypes.begin()) + 1;
+  throw Error(code::kMeshSyntax, "the type must be SCALAR, VEC2, VEC3 or VEC4", place);
+}
+
 }  // namespace
+
+const Json* find_extension(const Json& object, const char* name, const std::string& place) {
+  const Json* extensions = find_member(object, "extensions", place);
+  return extensions == nullptr ? nullptr : find_member(*extensions, name, place);
+}
 
 std::size_t size_of(Component component) {
   switch (component) {
@@ -96,7 +116,7 @@ std::size_t size_of(Component component) {
   return 4;
 }
 
-Document::Document(std::string_view bytes) : file_size_(bytes.size()) {
+Document::Document(std::string_view bytes, const DecodeLimits& limits) : file_size_(bytes.size()) {
   is_binary_ = bytes.starts_with("glTF");
   if (is_binary_) {
     read_chunks(bytes);
@@ -106,6 +126,7 @@ Document::Document(std::string_view bytes) : file_size_(bytes.size()) {
   }
   check_versions();
   load_buffers();
+  load_draco(limits);
 }
 
 void Document::read_chunks(std::string_view bytes) {
@@ -128,14 +149,14 @@ void Document::read_chunks(std::string_view bytes) {
     const std::string place = cursor.place();
     const std::size_t size = cursor.read<std::uint32_t>();
     const auto type = cursor.read<std::uint32_t>();
-    if (!has_json && type != kJsonChunk) throw Error(code::kMeshSyntax, "the first chunk is not JSON", place);
+    if (!has_json && type != kGlbJson) throw Error(code::kMeshSyntax, "the first chunk is not JSON", place);
     const std::size_t offset = cursor.offset();
     const std::string_view chunk(cursor.take(size), size);
     if (!has_json) {
       json_text_ = chunk.substr(0, chunk.find_last_not_of('\0') + 1);
       root_ = parse_json(json_text_, offset);
       has_json = true;
-    } else if (type == kBinaryChunk && !binary_chunk_) {
+    } else if (type == kGlbBinary && !binary_chunk_) {
       binary_chunk_ = chunk;
     }
   }
@@ -178,6 +199,73 @@ void Document::load_buffers() {
   }
 }
 
+void Document::load_draco(const DecodeLimits& limits) {
+  const Json& meshes = array_member(root_, "meshes", "meshes");
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    const std::string place = fmt::format("mesh {}", i);
+    for (const Json& primitive : array_member(meshes[i], "primitives", place)) {
+      if (find_extension(primitive, kDraco, place) != nullptr) load_primitive(primitive, limits, place);
+    }
+  }
+}
+
+bool Document::has_data(std::size_t accessor, const std::string& place) const {
+  return from_draco_.contains(accessor) ||
+         find_member(entry("accessors", accessor, place), "bufferView", place) != nullptr;
+}
+
+/// Decodes what the accessors of a primitive have no other data for.
+void Document::load_primitive(const Json& primitive, const DecodeLimits& limits, const std::string& place) {
+  constexpr std::size_t kTriangles = 4;
+  if (size_member_or(primitive, "mode", kTriangles, place) != kTriangles) {
+    throw Error(code::kMeshUnsupported, "Draco is read for triangles only", place);
+  }
+  const Json& extension = *find_extension(primitive, kDraco, place);
+  const Json* ids = find_member(extension, "attributes", place);
+  const Json* attributes = find_member(primitive, "attributes", place);
+  if (ids == nullptr || !ids->is_object() || attributes == nullptr || !attributes->is_object()) {
+    throw Error(code::kMeshSyntax, "'attributes' is missing", place);
+  }
+  std::vector<DracoAttribute> wanted;
+  std::vector<std::size_t> accessors;
+  for (const auto& [name, id] : ids->items()) {
+    const std::size_t index = size_member(*attributes, name.c_str(), place);
+    if (has_data(index, place)) continue;
+    const Json& accessor = entry("accessors", index, place);
+    const std::string accessor_place = fmt::format("accessor {}", index);
+    wanted.push_back({static_cast<std::uint32_t>(size_value(id, name.c_str(), place)),
+                      component_member(accessor, accessor_place), components_of(accessor, accessor_place),
+                      size_member(accessor, "count", accessor_place), accessor_place});
+    accessors.push_back(index);
+  }
+  const std::size_t indices = size_member(primitive, "indices", place);
+  if (wanted.empty() && has_data(indices, place)) return;
+  const std::size_t view_index = size_member(extension, "bufferView", place);
+  DracoPrimitive decoded = decode_draco(view(view_index, place), wanted, limits, place);
+  for (std::size_t i = 0; i < accessors.size(); ++i) from_draco_[accessors[i]] = std::move(decoded.attributes[i]);
+  if (!has_data(indices, place)) store_indices(indices, decoded.indices, place);
+}
+
+void Document::store_indices(std::size_t index, const std::vector<std::uint32_t>& indices, const std::string& place) {
+  const Json& accessor = entry("accessors", index, place);
+  const std::string accessor_place = fmt::format("accessor {}", index);
+  const std::size_t size = size_of(component_member(accessor, accessor_place));
+  const std::size_t count = size_member(accessor, "count", accessor_place);
+  if (count != indices.size() || components_of(accessor, accessor_place) != 1) {
+    throw Error(code::kMeshCountMismatch,
+                fmt::format("the compressed data has {} corners, but the accessor {}", indices.size(), count),
+                accessor_place);
+  }
+  std::string& bytes = from_draco_[index];
+  for (const std::uint32_t corner : indices) {
+    if (size < 4 && corner >> (8 * size) != 0) {
+      throw Error(code::kMeshIndexOutOfRange, fmt::format("vertex {} does not fit into {} bytes", corner, size),
+                  accessor_place);
+    }
+    for (std::size_t k = 0; k < size; ++k) bytes += static_cast<char>(corner >> (8 * k) & 0xffU);
+  }
+}
+
 std::string_view Document::buffer_data(std::size_t index, Json& buffer, const std::string& place) {
   const Json* uri = find_member(buffer, "uri", place);
   if (uri == nullptr) {
@@ -210,15 +298,13 @@ Accessor Document::accessor(std::size_t index, const std::string& place) const {
   const Json& object = entry("accessors", index, place);
   Accessor accessor;
   accessor.place = fmt::format("accessor {}", index);
-  const Json* type = find_member(object, "type", accessor.place);
-  if (type == nullptr || (*type != "SCALAR" && *type != "VEC3")) {
-    throw Error(code::kMeshSyntax, "the type must be SCALAR or VEC3", accessor.place);
-  }
-  accessor.components = *type == "SCALAR" ? 1 : 3;
+  accessor.components = components_of(object, accessor.place);
   const std::size_t count = size_member(object, "count", accessor.place);
   const Component component = component_member(object, accessor.place);
   if (find_member(object, "bufferView", accessor.place) != nullptr) {
     accessor.elements = elements(object, count, component, accessor.components, accessor.place);
+  } else if (const auto decoded = from_draco_.find(index); decoded != from_draco_.end()) {
+    accessor.elements = {decoded->second.data(), size_of(component) * accessor.components, count, component};
   } else if (count > file_size_) {
     throw Error(
         code::kMeshCountMismatch,
@@ -232,6 +318,10 @@ Accessor Document::accessor(std::size_t index, const std::string& place) const {
   const Json* sparse = find_member(object, "sparse", accessor.place);
   if (sparse != nullptr) read_sparse(*sparse, accessor);
   return accessor;
+}
+
+std::string_view Document::view(std::size_t index, const std::string& place) const {
+  return view_data(index, entry("bufferViews", index, place), fmt::format("bufferView {}", index));
 }
 
 std::string_view Document::bytes_in_buffer(const Json& view, const std::string& place) const {

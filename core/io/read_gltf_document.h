@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/io/byte_cursor.h"
+#include "core/io/format.h"
 #include "core/io/read_gltf_json.h"
 
 namespace crease::gltf {
@@ -24,6 +25,11 @@ enum class Component : std::uint16_t {
 
 std::size_t size_of(Component component);
 
+inline constexpr const char* kDraco = "KHR_draco_mesh_compression";
+
+/// An extension of an object, or null. \throw Error mesh_syntax with `place`
+const Json* find_extension(const Json& object, const char* name, const std::string& place);
+
 /// `count` elements in a buffer that is known to be long enough.
 struct Elements {
   const char* data = nullptr;  ///< null if all elements are zero
@@ -35,7 +41,7 @@ struct Elements {
 /// An accessor that has been checked: every element can be read.
 struct Accessor {
   Elements elements;
-  std::size_t components = 1;  ///< 1 for SCALAR, 3 for VEC3
+  std::size_t components = 1;  ///< 1 for SCALAR to 4 for VEC4
   bool normalized = false;     ///< integers represent the range 0 to 1, or −1 to 1
   Elements sparse_indices;     ///< the elements that are replaced; count 0 if there are none
   Elements sparse_values;
@@ -47,8 +53,9 @@ struct Accessor {
 /// A glTF or GLB file with its buffers, which must be embedded.
 class Document {
  public:
+  /// Primitives that Draco has compressed are decoded within the limits.
   /// \throw Error mesh_syntax, mesh_truncated, mesh_unsupported, mesh_too_large, mesh_count_mismatch
-  explicit Document(std::string_view bytes);
+  explicit Document(std::string_view bytes, const DecodeLimits& limits);
 
   const Json& root() const { return root_; }
   /// The number of bytes after the end of a GLB.
@@ -68,10 +75,20 @@ class Document {
   /// \throw Error mesh_syntax, mesh_index_out_of_range, mesh_count_mismatch, mesh_unsupported
   Accessor accessor(std::size_t index, const std::string& place) const;
 
+  /// What Draco has compressed, by the accessors that have no other data.
+  const std::map<std::size_t, std::string>& from_draco() const { return from_draco_; }
+
+  /// The bytes of a buffer view. \throw Error as accessor
+  std::string_view view(std::size_t index, const std::string& place) const;
+
  private:
   void read_chunks(std::string_view bytes);
   void check_versions() const;
   void load_buffers();
+  void load_draco(const DecodeLimits& limits);
+  void load_primitive(const Json& primitive, const DecodeLimits& limits, const std::string& place);
+  void store_indices(std::size_t accessor, const std::vector<std::uint32_t>& indices, const std::string& place);
+  bool has_data(std::size_t accessor, const std::string& place) const;
   std::string_view buffer_data(std::size_t index, Json& buffer, const std::string& place);
   std::string_view bytes_in_buffer(const Json& view, const std::string& place) const;
   /// The bytes of a view, decompressed where they are compressed.
@@ -88,6 +105,7 @@ class Document {
   std::optional<std::string_view> binary_chunk_;
   std::deque<std::string> decoded_;
   std::vector<std::string_view> buffers_;
+  std::map<std::size_t, std::string> from_draco_;            ///< by their accessors
   mutable std::map<std::size_t, std::string> decompressed_;  ///< by their views, when they are first used
 };
 

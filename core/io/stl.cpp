@@ -334,7 +334,9 @@ std::string patch_stl(std::string_view upload, const LabelledMesh& result) {
   return is_ascii(upload) ? StlAsciiPatch(upload, result.mesh).write() : patch_binary(upload, result.mesh);
 }
 
-std::string write_stl(const Mesh& mesh) {
+std::string write_stl(const LabelledMesh& result, const nlohmann::ordered_json& /*extras*/,
+                      const MeshStyle& /*style*/) {
+  const Mesh& mesh = result.mesh;
   std::string bytes = "binary STL written by creased";
   bytes.resize(80, ' ');
   bytes.reserve(84 + 50 * mesh.triangles.size());

@@ -19,6 +19,13 @@ bool underflows(std::string_view word) {
 
 }  // namespace
 
+double number_of(std::string_view word) {
+  double value = 0;
+  const char* end = word.data() + word.size();
+  const auto [last, error] = std::from_chars(word.data(), end, value);
+  return error == std::errc{} && last == end ? value : std::numeric_limits<double>::quiet_NaN();
+}
+
 void TextCursor::skip_line() {
   bool in_comment = false;
   while (pos_ != end_ && !is_newline(*pos_)) {

@@ -8,6 +8,9 @@
 
 namespace crease {
 
+/// The word as a number; NaN if it is none.
+double number_of(std::string_view word);
+
 /// Reads untrusted text line by line and word by word. Lines end with LF, CR LF or CR and are counted from 1. Every
 /// fault is an Error with the place "line N": mesh_truncated if the text ends too early, otherwise mesh_syntax.
 class TextCursor {
@@ -96,6 +99,24 @@ class TextCursor {
     if (error != std::errc{}) return false;
     pos_ = last;
     return true;
+  }
+
+  /// Skips the character if it is right here.
+  bool skip(char character) {
+    if (pos_ == end_ || *pos_ != character) return false;
+    ++pos_;
+    return true;
+  }
+
+  /// Reads the rest of the line without the blanks around it and without a comment.
+  std::string_view rest_of_line() {
+    skip_blanks();
+    const char* first = pos_;
+    const char* last = pos_;
+    for (; pos_ != end_ && !is_newline(*pos_) && *pos_ != style_.comment; ++pos_) {
+      if (!is_blank(*pos_)) last = pos_ + 1;
+    }
+    return {first, static_cast<std::size_t>(last - first)};
   }
 
   /// Skips the rest of the word. Stops and returns false at the first character that is not `allowed`.

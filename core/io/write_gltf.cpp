@@ -1,4 +1,8 @@
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <map>
+#include <span>
 
 #include "core/error.h"
 #include "core/io/gltf.h"
@@ -7,15 +11,6 @@
 
 namespace crease {
 namespace {
-
-std::vector<float> single_normals(const std::vector<Vec3>& normals) {
-  std::vector<float> values;
-  values.reserve(3 * normals.size());
-  for (const Vec3& normal : normals) {
-    for (const double coordinate : normal) values.push_back(static_cast<float>(coordinate));
-  }
-  return values;
-}
 
 /// The numbers of the vertices `source`.
 template <typename Number>
@@ -56,61 +51,143 @@ std::vector<Index> ridge_line_indices(const LabelledMesh& result) {
   return indices;
 }
 
-std::vector<Index> flattened(const std::vector<Triangle>& triangles) {
+std::vector<Index> flattened(std::span<const Triangle> triangles) {
   std::vector<Index> indices;
   indices.reserve(3 * triangles.size());
   for (const Triangle& triangle : triangles) indices.insert(indices.end(), triangle.begin(), triangle.end());
   return indices;
 }
 
-tinygltf::Mesh add_mesh(GltfBuilder& builder, const LabelledMesh& result) {
-  const SplitMesh split = split_along_ridges(result);
-  check_gltf_vertices(split.source.size(), split.source.size() - result.mesh.positions.size());
-  builder.reserve(40 * split.source.size() + 12 * split.triangles.size());
-  const std::vector<float> sources(split.source.begin(), split.source.end());
-
-  tinygltf::Primitive faces;
-  faces.mode = TINYGLTF_MODE_TRIANGLES;
-  faces.attributes["POSITION"] = builder.add_positions(result.mesh, split.source);
-  faces.attributes["NORMAL"] = builder.add_floats(TINYGLTF_TYPE_VEC3, 3, single_normals(split.normals));
-  faces.attributes["_LABEL"] = builder.add_scalars(vertex_labels(result, split.source));
-  faces.attributes["_SOURCE"] = builder.add_scalars(sources);
-  if (!result.classes.empty())
-    faces.attributes["_CLASS"] = builder.add_scalars(numbers_of(result.classes, split.source));
-  if (!result.sigma.empty()) faces.attributes["_SIGMA"] = builder.add_scalars(numbers_of(result.sigma, split.source));
-  if (!result.segments.empty()) faces.attributes["_SEGMENT"] = builder.add_scalars(vertex_segments(result, split));
-  faces.indices = builder.add_indices(flattened(split.triangles));
-  faces.material = builder.add_surface_material();
-
-  tinygltf::Mesh mesh;
-  mesh.primitives.push_back(faces);
-  if (const std::vector<Index> indices = ridge_line_indices(result); !indices.empty()) {
-    tinygltf::Primitive lines;
-    lines.mode = TINYGLTF_MODE_LINE;
-    lines.attributes["POSITION"] = faces.attributes["POSITION"];
-    lines.attributes["_LABEL"] = faces.attributes["_LABEL"];
-    lines.indices = builder.add_indices(indices);
-    lines.material = builder.add_ridge_material();
-    mesh.primitives.push_back(lines);
+/// The values of a layer for each vertex of the file; `otherwise` where no face has any.
+template <std::size_t N>
+std::vector<std::array<float, N>> values_of(const CornerValues<N>& layer, std::vector<std::array<float, N>> values,
+                                            const Mesh& mesh, const SplitMesh& split,
+                                            const std::array<float, N>& otherwise) {
+  std::vector<std::array<float, N>> of_vertices(split.source.size(), otherwise);
+  if (layer.corners.empty()) {
+    for (std::size_t v = 0; v < of_vertices.size(); ++v) of_vertices[v] = values[split.source[v]];
+    return of_vertices;
   }
-  return mesh;
+  for (std::size_t face = 0; face < mesh.triangles.size(); ++face) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index number = layer.corners[face][k];
+      if (number != kNone) of_vertices[split.triangles[face][k]] = values[number];
+    }
+  }
+  return of_vertices;
 }
 
-std::string write_file(const LabelledMesh& result, const nlohmann::ordered_json& extras, bool binary) {
+/// Writes a result with what glTF keeps of the look of its upload.
+class GltfWriter {
+ public:
+  GltfWriter(const LabelledMesh& result, const MeshStyle& style)
+      : result_(result),
+        look_(result.appearance),
+        split_(split_along_ridges(result, corner_looks(look_))),
+        builder_(style) {
+    check_gltf_vertices(split_.source.size(), split_.source.size() - result.mesh.positions.size());
+    builder_.reserve(40 * split_.source.size() + 12 * split_.triangles.size());
+  }
+
+  std::string write(const nlohmann::ordered_json& extras, bool binary) {
+    add_attributes();
+    builder_.add_parts(look_.gltf);
+    Json primitives = Json::array();
+    add_faces(primitives);
+    if (const std::vector<Index> indices = ridge_line_indices(result_); !indices.empty()) {
+      primitives.push_back({{"mode", kLines},
+                            {"attributes", {{"POSITION", attributes_["POSITION"]}, {"_LABEL", attributes_["_LABEL"]}}},
+                            {"indices", builder_.add_indices(indices)},
+                            {"material", builder_.add_material(ridge_material())}});
+    }
+    return builder_.write(std::move(primitives), extras, binary);
+  }
+
+ private:
+  using Json = GltfBuilder::Json;
+  static constexpr int kLines = 1, kTriangles = 4;
+
+  void add_attributes() {
+    const std::vector<Index>& source = split_.source;
+    attributes_["POSITION"] = builder_.add_positions(result_.mesh, source);
+    attributes_["NORMAL"] = builder_.add_normals(split_.normals);
+    if (!look_.colours.empty()) {
+      attributes_["COLOR_0"] = builder_.add_colours(
+          values_of<4>(look_.colours, colours_of(look_, true), result_.mesh, split_, {1, 1, 1, 1}));
+    }
+    for (std::size_t set = 0; set < look_.texture.size(); ++set) {
+      const auto values = values_of<2>(look_.texture[set], texture_of(look_, set, true), result_.mesh, split_, {0, 0});
+      std::vector<float> numbers;
+      numbers.reserve(2 * values.size());
+      for (const auto& [u, v] : values) numbers.insert(numbers.end(), {u, v});
+      attributes_[fmt::format("TEXCOORD_{}", set)] = builder_.add_floats(numbers, 2);
+    }
+    attributes_["_LABEL"] = builder_.add_floats(vertex_labels(result_, source));
+    attributes_["_SOURCE"] = builder_.add_floats({source.begin(), source.end()});
+    if (!result_.classes.empty()) attributes_["_CLASS"] = builder_.add_floats(numbers_of(result_.classes, source));
+    if (!result_.sigma.empty()) attributes_["_SIGMA"] = builder_.add_floats(numbers_of(result_.sigma, source));
+    if (!result_.segments.empty()) attributes_["_SEGMENT"] = builder_.add_floats(vertex_segments(result_, split_));
+  }
+
+  /// Adds a primitive for each run of faces with the same material, so that the faces keep their order.
+  void add_faces(Json& primitives) {
+    const std::vector<MaterialRun> runs = covering_runs(look_, split_.triangles.size());
+    if (runs.size() > kMostRuns) {
+      throw Error(code::kMeshUnsupported,
+                  fmt::format("the material changes {} times along the faces; glTF is written with at most {} parts",
+                              runs.size() - 1, kMostRuns));
+    }
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      const std::size_t first = runs[i].first_face;
+      const std::size_t end = i + 1 < runs.size() ? runs[i + 1].first_face : split_.triangles.size();
+      const std::span<const Triangle> faces(split_.triangles.data() + first, end - first);
+      primitives.push_back({{"mode", kTriangles},
+                            {"attributes", attributes_},
+                            {"indices", builder_.add_indices(flattened(faces))},
+                            {"material", material_of(runs[i].material)}});
+    }
+  }
+
+  /// The number in the file of a material of the upload, or of the surface without any.
+  std::size_t material_of(Index material) {
+    const auto [known, is_new] = materials_.try_emplace(material, 0);
+    if (!is_new) return known->second;
+    Json written = surface_material(!look_.colours.empty());
+    if (material != kNone) {
+      const std::string& of_upload = look_.materials.at(material).json;
+      if (of_upload.empty()) {
+        written["name"] = name_of(look_, material);
+      } else {
+        written = Json::parse(of_upload);
+      }
+    }
+    return known->second = builder_.add_material(std::move(written));
+  }
+
+  static constexpr std::size_t kMostRuns = 1U << 16U;
+
+  const LabelledMesh& result_;
+  const Appearance& look_;
+  SplitMesh split_;
+  GltfBuilder builder_;
+  Json attributes_;
+  std::map<Index, std::size_t> materials_;
+};
+
+std::string write_file(const LabelledMesh& result, const nlohmann::ordered_json& extras, const MeshStyle& style,
+                       bool binary) {
   if (result.mesh.triangles.empty()) throw Error(code::kMeshNoFaces, "glTF cannot hold a mesh without faces");
-  GltfBuilder builder;
-  tinygltf::Mesh mesh = add_mesh(builder, result);
-  return builder.write(std::move(mesh), extras, binary);
+  return GltfWriter(result, style).write(extras, binary);
 }
 
 }  // namespace
 
-std::string write_gltf(const LabelledMesh& result, const nlohmann::ordered_json& extras) {
-  return write_file(result, extras, false);
+std::string write_gltf(const LabelledMesh& result, const nlohmann::ordered_json& extras, const MeshStyle& style) {
+  return write_file(result, extras, style, false);
 }
 
-std::string write_glb(const LabelledMesh& result, const nlohmann::ordered_json& extras) {
-  return write_file(result, extras, true);
+std::string write_glb(const LabelledMesh& result, const nlohmann::ordered_json& extras, const MeshStyle& style) {
+  return write_file(result, extras, style, true);
 }
 
 }  // namespace crease

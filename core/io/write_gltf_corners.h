@@ -15,8 +15,13 @@ struct SplitMesh {
 
 /// Splits vertices. Around each vertex, the corners of its faces form fans that end at ridges (label ≥
 /// kRidgeThreshold), boundaries, non-manifold edges, and edges whose faces are wound differently. A fan is also split
-/// between segments. The first part keeps the vertex; the others get copies, in the order of the vertices and their
-/// faces. Normals are those of corner_normals: the parts of one fan have the same.
-SplitMesh split_along_ridges(const LabelledMesh& result);
+/// between segments, and where the corners have different numbers in `looks`, unless that is empty. The first part
+/// keeps the vertex; the others get copies, in the order of the vertices and their faces. Normals are those of
+/// corner_normals: the parts of one fan have the same.
+SplitMesh split_along_ridges(const LabelledMesh& result, const std::vector<Triangle>& looks = {});
+
+/// A number for each corner of each face: the same for corners of the same colour and texture coordinates. Empty if
+/// that is so at every vertex.
+std::vector<Triangle> corner_looks(const Appearance& appearance);
 
 }  // namespace crease

@@ -22,19 +22,19 @@ std::string write_ridges_glb(const LabelledMesh& result, const nlohmann::ordered
   }
 
   GltfBuilder builder;
-  tinygltf::Mesh drawing;
+  GltfBuilder::Json primitives = GltfBuilder::Json::array();
   if (!sources.empty()) {
+    constexpr int kLines = 1;
     check_gltf_vertices(std::max(sources.size(), result.mesh.positions.size()), 0);
-    tinygltf::Primitive primitive;
-    primitive.mode = TINYGLTF_MODE_LINE;
-    primitive.attributes["POSITION"] = builder.add_positions(result.mesh, sources);
-    primitive.attributes["_SOURCE"] = builder.add_scalars(source_numbers);
-    primitive.attributes["_LINE"] = builder.add_scalars(line_numbers);
-    primitive.indices = builder.add_indices(indices);
-    primitive.material = builder.add_ridge_material();
-    drawing.primitives.push_back(std::move(primitive));
+    const GltfBuilder::Json attributes = {{"POSITION", builder.add_positions(result.mesh, sources)},
+                                          {"_SOURCE", builder.add_floats(source_numbers)},
+                                          {"_LINE", builder.add_floats(line_numbers)}};
+    primitives.push_back({{"mode", kLines},
+                          {"attributes", attributes},
+                          {"indices", builder.add_indices(indices)},
+                          {"material", builder.add_material(ridge_material())}});
   }
-  return builder.write(std::move(drawing), extras, true);
+  return builder.write(std::move(primitives), extras, true);
 }
 
 }  // namespace crease

@@ -14,20 +14,21 @@ std::string reserved_text(const Mesh& mesh) {
   return text;
 }
 
-void append_positions(std::string& text, const Mesh& mesh, std::string_view before) {
-  for (const Vec3& position : mesh.positions) {
+void append_positions(std::string& text, const Mesh& mesh, std::string_view before,
+                      const std::vector<Colour>& colours) {
+  for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
     text += before;
-    append_number(text, position.x());
-    text += ' ';
-    append_number(text, position.y());
-    text += ' ';
-    append_number(text, position.z());
+    append_numbers(text, mesh.positions[vertex]);
+    for (std::size_t k = 0; k < 3 && !colours.empty(); ++k) {
+      text += ' ';
+      append_number(text, colours[vertex][k]);
+    }
     text += '\n';
   }
 }
 
-void append_faces(std::string& text, const Mesh& mesh, std::string_view before, Index first_index) {
-  for (const auto& [a, b, c] : mesh.triangles) {
+void append_faces(std::string& text, std::span<const Triangle> faces, std::string_view before, Index first_index) {
+  for (const auto& [a, b, c] : faces) {
     text += before;
     append_number(text, a + first_index);
     text += ' ';

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/text.h"
+#include "proto/assembly.h"
 #include "proto/result_formats.h"
 #include "server/base/failure.h"
 
@@ -27,14 +28,29 @@ std::string word_of(v1::ResultPart part) {
   return crease::lower(v1::ResultPart_Name(part).substr(kPrefix.size()));
 }
 
+/// Whether the file has something of the upload.
+bool reads_upload(const v1::Job& job, const ResultFile& wanted) {
+  const bool is_mesh = wanted.part == v1::RESULT_PART_MESH || wanted.part == v1::RESULT_PART_MEASURED ||
+                       wanted.part == v1::RESULT_PART_SNAPSHOT;
+  return wanted.original || (is_mesh && crease::takes_over(job.input(), wanted.format));
+}
+
 std::string_view format_of(const ResultFile& wanted) {
   return wanted.original ? crease::kOriginal : wanted.format.name;
 }
 
+}  // namespace
+
+std::string style_suffix(const crease::MeshStyle& style) {
+  return fmt::format("{}{}{}", style.ridge_lines ? "-ridges" : "", style.compressed ? "-meshopt" : "",
+                     style.quantized ? "-quantized" : "");
+}
+
+namespace {
+
 std::string name_of(const ResultFile& wanted) {
   const std::string filter = wanted.min_label > 0 ? fmt::format("-{}", wanted.min_label) : "";
-  const std::string lines = wanted.ridge_lines ? "-ridges" : "";
-  return fmt::format("{}{}{}.{}", word_of(wanted.part), filter, lines, format_of(wanted));
+  return fmt::format("{}{}{}.{}", word_of(wanted.part), filter, style_suffix(wanted.style), format_of(wanted));
 }
 
 /// A snapshot changes, and few ask for a part of the labels or the measured mesh twice.
@@ -47,7 +63,10 @@ v1::EncodeTask task_of(const v1::Job& job, const ResultFile& wanted) {
   *task.mutable_job() = job;
   task.set_part(wanted.part);
   task.set_format(std::string(format_of(wanted)));
-  task.set_ridge_lines(wanted.ridge_lines);
+  task.set_ridge_lines(wanted.style.ridge_lines);
+  task.set_compressed(wanted.style.compressed);
+  task.set_quantized(wanted.style.quantized);
+  task.set_has_upload(reads_upload(job, wanted));
   task.set_min_label(wanted.min_label);
   return task;
 }
@@ -159,8 +178,9 @@ std::shared_ptr<const OpenFile> ResultFiles::encode(const v1::Job& job, const Re
     const Descriptor target(::open(path.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0600));
     if (!target.open()) throw file_failure("create", path);
     const Temporary temporary(path);
-    const auto upload = wanted.original ? open_file(store_.file_path(job.id(), file::kUpload)) : nullptr;
-    if (wanted.original && upload == nullptr) throw Error(code::kUploadDamaged, "the upload of the job has vanished");
+    const bool has_upload = reads_upload(job, wanted);
+    const auto upload = has_upload ? open_file(store_.file_path(job.id(), file::kUpload)) : nullptr;
+    if (has_upload && upload == nullptr) throw Error(code::kUploadDamaged, "the upload of the job has vanished");
     if (!encoder_.encode(asker, task_of(job, wanted), stored->descriptor.get(), stored->bytes, target.get(),
                          upload == nullptr ? -1 : upload->descriptor.get())) {
       fail_left();

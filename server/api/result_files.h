@@ -22,10 +22,13 @@ namespace creased {
 struct ResultFile {
   crease::v1::ResultPart part;
   const crease::Format& format;
-  double min_label = 0;      ///< of labels: only edges with at least this
-  bool original = false;     ///< of meshes: the upload, whose format `format` is, with other positions
-  bool ridge_lines = false;  ///< of meshes: with the ridges as lines, where these are optional
+  double min_label = 0;   ///< of labels: only edges with at least this
+  bool original = false;  ///< of meshes: the upload, whose format `format` is, with other positions
+  crease::MeshStyle style{};
 };
+
+/// What a style adds to the name of a file.
+std::string style_suffix(const crease::MeshStyle& style);
 
 /// The files that results are handed out in. They are encoded on first demand, in confined processes. Those of a whole
 /// part are kept beside the job and count as its bytes. Those who ask for the same file share its encoding, which stops

@@ -48,13 +48,23 @@ std::vector<std::string> mesh_format_names() {
   return offered;
 }
 
-/// Whether the query asks for the ridges as lines. \throw Error parameter_invalid for a format without them
-bool wants_ridge_lines(const Call& call, const Format& format, bool original) {
-  const std::string ridges = call.query("ridges");
-  if (ridges.empty()) return false;
-  if (format.write_with_ridges != nullptr && !original) return true;
-  throw Error::parameter(code::kParameterInvalid, "ridges", ridges,
-                         "no such field with this format; format=obj has it");
+/// Whether the query has a field. \throw Error parameter_invalid for a format without it
+bool wants(const Call& call, const std::string& field, bool Format::*has, const Format& format, bool original) {
+  const std::string value = call.query(field);
+  if (value.empty() || value == "false") return false;
+  if (format.*has && !original) return true;
+  crease::Formats formats;
+  for (const Format& one : crease::kFormats) {
+    if (one.*has) formats.push_back(&one);
+  }
+  throw Error::parameter(code::kParameterInvalid, field, value,
+                         fmt::format("no such field with this format; {} has it", crease::name_list(formats)));
+}
+
+crease::MeshStyle wanted_style(const Call& call, const Format& format, bool original) {
+  return {wants(call, "ridges", &Format::has_ridge_lines, format, original),
+          wants(call, "compress", &Format::has_compression, format, original),
+          wants(call, "quantized", &Format::has_compression, format, original)};
 }
 
 void require_success(const crease::v1::Job& job) {
@@ -86,16 +96,16 @@ void get_mesh(Services& services, Call& call) {
   if (measured && snapshot) {
     throw Error::parameter(code::kParameterInvalid, "measured", "true", "false, or left out, with snapshot=true");
   }
-  const bool lines = wants_ridge_lines(call, format, original);
+  const crease::MeshStyle style = wanted_style(call, format, original);
   const v1::ResultPart part = snapshot   ? v1::RESULT_PART_SNAPSHOT
                               : measured ? v1::RESULT_PART_MEASURED
                                          : v1::RESULT_PART_MESH;
   const std::string variant =
-      fmt::format("{}{}{}", measured ? "measured-" : "", original ? "original-" : "", lines ? "ridges-" : "");
+      fmt::format("{}{}", measured ? "measured" : "mesh", original ? "-original" : style_suffix(style));
   send_file(call.exchange, call.response,
-            {.file = services.results.file(job, {part, format, 0, original, lines}, asker(call)),
+            {.file = services.results.file(job, {part, format, 0, original, style}, asker(call)),
              .media_type = std::string(format.media_types.front()),
-             .etag = snapshot ? "" : etag(job, variant + std::string(format.extensions.front())),
+             .etag = snapshot ? "" : etag(job, variant + "." + std::string(format.extensions.front())),
              .disposition = disposition(job, measured ? "measured" : "smooth", format)});
 }
 
@@ -181,10 +191,19 @@ std::vector<Route> result_routes() {
        {{"format", "string",
          "Format of the mesh; the path may end in it instead: mesh.glb. By default the Accept header decides, or "
          "else it is glb. 'original' is the uploaded file, in its own format, with nothing but its positions and "
-         "normals replaced; the other formats have the positions and faces and what the job has found, and the warning "
-         "attributes_dropped lists what else the upload has.",
+         "normals replaced. The other formats have the positions and faces, what the job has found, and of the "
+         "upload's "
+         "colours, texture coordinates and materials what the format has a place for; the warning attributes_dropped "
+         "says what gets lost in which formats.",
          mesh_format_names()},
         {"ridges", "string", "With format=obj: 'lines' adds the ridges as line elements.", {"lines"}},
+        {"compress",
+         "string",
+         "With format=glb or gltf: 'meshopt' compresses the buffer by EXT_meshopt_compression, without loss.",
+         {"meshopt"}},
+        {"quantized", "boolean",
+         "With format=glb or gltf: positions as whole numbers up to 65535 over the longest side of the mesh, so that a "
+         "coordinate is off by at most 1/131070 of it, normals in 8 bits, colours in 16 (KHR_mesh_quantization)."},
         {"snapshot", "boolean", "While the job is running, its latest intermediate mesh."},
         {"measured", "boolean",
          "The measured positions in place of the smoothed ones, with the same vertices, faces and splits as the "

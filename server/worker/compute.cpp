@@ -85,7 +85,7 @@ TaskFiles task_files(const v1::ComputeTask& task, const std::vector<Descriptor>&
   files.weights = take(task.has_weights());
   files.checkpoint = take(task.run().has_checkpoint());
   files.output = take(task.has_encode());
-  files.original = take(task.encode().format() == crease::kOriginal);
+  files.original = take(task.encode().has_upload());
   return files;
 }
 

@@ -12,6 +12,10 @@ namespace code = crease::code;
 namespace v1 = crease::v1;
 namespace {
 
+/// What an upload adds to a file at most, whose texture coordinates may become text and whose images base64, and to the
+/// memory in which that is made.
+constexpr std::uint64_t kFilePerByteOfUpload = 4, kMemoryPerByteOfUpload = 6;
+
 v1::ComputeTask task_of(const Encoder::Options& options, const v1::EncodeTask& encoding) {
   v1::ComputeTask task;
   *task.mutable_encode() = encoding;
@@ -19,9 +23,10 @@ v1::ComputeTask task_of(const Encoder::Options& options, const v1::EncodeTask& e
   limits.set_cpu_seconds(static_cast<std::uint64_t>(std::chrono::ceil<std::chrono::seconds>(options.timeout).count()));
   const v1::InputFacts& input = encoding.job().input();
   const Needs needs = needs_of(input, encoding.job().parameters());
-  limits.set_memory_bytes(std::min(needs.memory_bytes, std::uint64_t{options.memory_limit_mb} << 20U));
-  limits.set_file_bytes(needs.encoded_bytes +
-                        (encoding.format() == crease::kOriginal ? 2 * std::uint64_t{input.bytes()} : 0));
+  const std::uint64_t of_upload = encoding.has_upload() ? input.bytes() : 0;
+  limits.set_memory_bytes(
+      std::min(needs.memory_bytes + kMemoryPerByteOfUpload * of_upload, std::uint64_t{options.memory_limit_mb} << 20U));
+  limits.set_file_bytes(needs.encoded_bytes + kFilePerByteOfUpload * of_upload);
   return task;
 }
 

@@ -17,8 +17,8 @@ class Encoder {
   };
   Encoder(TaskPool& pool, const Options& options) : pool_(pool), options_(options) {}
 
-  /// Encodes an open stored file of `source_bytes` bytes into the open file `target`; `upload` is open for the format
-  /// "original", otherwise −1. Waits for its turn first. Returns false when the asker has left.
+  /// Encodes an open stored file of `source_bytes` bytes into the open file `target`; `upload` is open if the
+  /// task has it, otherwise −1. Waits for its turn first. Returns false when the asker has left.
   /// \throw crease::Error result_damaged, not_found, storage_full, process_unavailable, or encoding_failed when the
   /// process crashed or exceeded a limit
   bool encode(const TaskPool::Asker& asker, const crease::v1::EncodeTask& task, int source, std::uint64_t source_bytes,

@@ -81,6 +81,25 @@ TEST_F(Results, RidgesMayBeLinesOfObj) {
   EXPECT_EQ(refused.json()["field"], "ridges");
 }
 
+TEST_F(Results, GltfMayBeCompressedAndQuantized) {
+  const auto plain = call("GET", self() + "/mesh.glb"), small = call("GET", self() + "/mesh.glb?compress=meshopt"),
+             smaller = call("GET", self() + "/mesh.glb?compress=meshopt&quantized=true");
+  ASSERT_EQ(small.status, 200) << small.body;
+  ASSERT_EQ(smaller.status, 200) << smaller.body;
+  EXPECT_LT(smaller.body.size(), small.body.size());
+  EXPECT_NE(small.header("etag"), plain.header("etag"));
+  EXPECT_NE(smaller.header("etag"), small.header("etag"));
+  const Mesh mesh = decode_mesh(plain.body, MeshFormat::kGlb).mesh;
+  EXPECT_EQ(decode_mesh(small.body, MeshFormat::kGlb).mesh.positions, mesh.positions);
+  EXPECT_EQ(decode_mesh(smaller.body, MeshFormat::kGlb).mesh.triangles, mesh.triangles);
+  for (const char* query : {"/mesh.obj?compress=meshopt", "/mesh.ply?quantized=true", "/mesh.original?quantized=true",
+                            "/mesh.glb?compress=draco"}) {
+    const auto refused = call("GET", self() + query);
+    EXPECT_EQ(refused.status, 400) << query;
+    EXPECT_TRUE(refused.json()["field"] == "compress" || refused.json()["field"] == "quantized") << refused.body;
+  }
+}
+
 TEST_F(Results, ThePathMayEndInTheFormat) {
   const auto expect_same = [](const std::string& part, const crease::Formats& formats) {
     for (const Format* row : formats) {

@@ -292,7 +292,7 @@ TEST_P(DecodeGltfFault, IsRefusedWithCodeAndPlace) {
 const Fault kFaults[] = {
     {"no_asset", [](GltfSample& s) { s.json.erase("asset"); }, code::kMeshSyntax, "asset"},
     {"version_1", [](GltfSample& s) { s.json["asset"]["version"] = "1.0"; }, code::kMeshUnsupported, "asset"},
-    {"required_compression", [](GltfSample& s) { s.json["extensionsRequired"] = {"KHR_draco_mesh_compression"}; },
+    {"required_instances", [](GltfSample& s) { s.json["extensionsRequired"] = {"EXT_mesh_gpu_instancing"}; },
      code::kMeshUnsupported, "extensionsRequired"},
     {"external_buffer", [](GltfSample& s) { s.json["buffers"][0]["uri"] = "../../etc/passwd"; }, code::kMeshUnsupported,
      "buffer 0"},

@@ -5,6 +5,7 @@
 
 #include "proto/assembly.h"
 #include "proto/convert.h"
+#include "proto/parameter_table.h"
 #include "proto/result_formats.h"
 #include "tests/support/store_fixture.h"
 

@@ -40,10 +40,14 @@ function surfaceOf(document: Document, bytes: ArrayBuffer, start: number): Surfa
   };
   const positions = floats('POSITION');
   if (!positions) throw new Error('no positions');
-  const index =
-    faces.indices === undefined
-      ? Uint32Array.from({ length: positions.length / 3 }, (_, i) => i)
-      : wide(view(document, bytes, start, faces.indices));
+  const parts = primitives.filter((one) => (one.mode ?? 4) === 4 && one.attributes.POSITION === faces.attributes.POSITION);
+  const index = joined(
+    parts.map((part) =>
+      part.indices === undefined
+        ? Uint32Array.from({ length: positions.length / 3 }, (_, i) => i)
+        : wide(view(document, bytes, start, part.indices)),
+    ),
+  );
   const origin = document.nodes?.find((node) => node.mesh === 0)?.translation ?? [0, 0, 0];
   const surface: Surface = { positions, index, normals: floats('NORMAL') ?? smoothNormals(positions, index), origin };
   const label = floats('_LABEL'), vertexClass = floats('_CLASS'), segment = floats('_SEGMENT'), sigma = floats('_SIGMA'), source = floats('_SOURCE');
@@ -71,6 +75,18 @@ function view(document: Document, bytes: ArrayBuffer, start: number, accessor: n
   if (componentType === 5125) return new Uint32Array(buffer, offset, length);
   if (componentType === 5123) return new Uint16Array(buffer, offset, length);
   return new Uint8Array(buffer, offset, length);
+}
+
+/** The faces of one surface are in several parts where it has several materials. */
+function joined(parts: Uint32Array[]): Uint32Array {
+  if (parts.length === 1) return parts[0]!;
+  const all = new Uint32Array(parts.reduce((sum, part) => sum + part.length, 0));
+  let at = 0;
+  for (const part of parts) {
+    all.set(part, at);
+    at += part.length;
+  }
+  return all;
 }
 
 function wide(indices: ArrayLike<number>): Uint32Array {
