@@ -5,7 +5,8 @@
 #   build     the release preset, tests and benchmarks included
 #   unit service quality   the rooms of tests under ctest, one process for each suite
 #   openapi   the OpenAPI document through two linters, and the answers of the service tests against it
-#   gltf      results of the command line through the Khronos validator, originals through glTF-Transform
+#   gltf      results of the command line through the Khronos validator; originals, conversions and compression through
+#             glTF-Transform and three.js
 #   page      the web page in Chromium; pictures in build/page, compared with tests/page/references
 #   lint      formatting and shellcheck
 #   asan      the unit tests under AddressSanitizer and UndefinedBehaviorSanitizer
@@ -79,6 +80,7 @@ run_gltf() {
     "$bin/crease" smooth --local "$mesh" -p noise_sigma=0.1 -o "$results/$name.glb"
     node tests/gltf/original.mjs compare "$mesh" "$results/$name.glb"
   done
+  node tests/gltf/readers.mjs "$bin/crease" "$results"
   node tests/gltf/validate.mjs "$results"
 }
 
