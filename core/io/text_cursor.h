@@ -6,6 +6,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "core/error_code.h"
+
 namespace crease {
 
 /// The word as a number; NaN if it is none.
