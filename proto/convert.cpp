@@ -160,6 +160,7 @@ v1::Choice to_message(const ChoiceReport& report) {
   message.set_varying(report.varying);
   message.set_noise_spread(report.noise_spread);
   message.set_correlation_length(report.correlation_length);
+  message.set_spikes(static_cast<std::uint32_t>(report.spikes));
   message.set_surface(report.family);
   message.set_weight(report.weight);
   message.set_margin(report.margin);

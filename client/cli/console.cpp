@@ -44,6 +44,8 @@ std::string noise_text(const v1::Choice& choice) {
 std::string sentence(const v1::Choice& choice) {
   constexpr double kClearMargin = 0.15;
   std::string text = noise_text(choice);
+  if (choice.spikes() > 0)
+    text += fmt::format(", {} {} flattened", choice.spikes(), choice.spikes() == 1 ? "spike" : "spikes");
   text += fmt::format("; {}", choice.surface());
   if (choice.correlation_length() == 0)
     text += fmt::format(" {}", choice.margin() > kClearMargin ? "by far" : "by a narrow margin");

@@ -32,6 +32,7 @@ struct ChoiceReport {
   bool varying = false;           ///< over the surface
   double noise_spread = 0;        ///< variance of the logarithm of the local noise variance
   double correlation_length = 0;  ///< in edges; 0 for noise that is independent from vertex to vertex
+  std::size_t spikes = 0;         ///< vertices that were flattened before anything was estimated
   std::string family;
   double weight = 0;
   double margin =

@@ -11,6 +11,7 @@
 #include "core/choice/families.h"
 #include "core/choice/first_sight.h"
 #include "core/choice/scan.h"
+#include "core/choice/spikes.h"
 #include "core/choice/uncertainty.h"
 #include "core/geometry/renumbering.h"
 #include "core/graduated/descent.h"
@@ -100,12 +101,13 @@ class AutomaticRun {
   }
 
   SmoothResult run() {
+    ChoiceReport report;
+    if (precisions_.empty()) report.spikes = flatten_spikes(renumbering_.mesh, renumbered_);
     const Surface surface(renumbering_.mesh, renumbered_);
     const FlatMesh mesh(surface);
     surface_ = &surface;
     mesh_ = &mesh;
     try {
-      ChoiceReport report;
       const Solve solve = [&](const SolveRequest& request) { return solved(request); };
       const ChoiceOptions options = choice_options(options_);
       const std::optional<NoiseSpectrum> spectrum = correlated_noise(surface, options);

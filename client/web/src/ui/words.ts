@@ -82,6 +82,7 @@ export function choiceWords(job: Job): string[] {
     if (choice.varying) noise += ', stronger in some places than in others';
     words.push(`${noise}.`);
   }
+  if (choice.spikes > 0) words.push(`${count(choice.spikes, 'vertex stuck out as a spike and was', 'vertices stuck out as spikes and were')} flattened.`);
   const kind = kSurfaces[choice.surface];
   if (kind) words.push(`The mesh was taken for ${kind}.`);
   const tried = choice.candidates.length;
