@@ -50,8 +50,12 @@ void add_log_options(CLI::App& command, LogConfig& config) {
 }
 
 void add_store_options(CLI::App& command, StoreConfig& config) {
-  add(command, "--store", config.url, "Job store: sqlite");
-  add_path(command, "--data-dir", config.data_dir, "Folder of the job store, created if it does not exist");
+  add(command, "--store", config.url,
+      "Job store: sqlite, or postgresql://… for any number of servers and workers on any number of machines");
+  add_path(
+      command, "--data-dir", config.data_dir,
+      "Folder of the job store, created if it does not exist. With a store in PostgreSQL, the folder of this machine's "
+      "temporary files");
 }
 
 void add_limit_options(CLI::App& command, MeshLimits& limits) {
@@ -326,6 +330,9 @@ std::string refusal(const ServeConfig& config) {
   if (!config.base_path.empty() && !is_path_prefix(config.base_path)) {
     return "--base-path " + config.base_path + " is not a path like /meshes, without a slash at its end";
   }
+  if (is_postgresql(config.store.url) && config.store.orphans != "refuse") {
+    return "--orphans " + config.store.orphans + " is for a store in files; PostgreSQL keeps rows and files together";
+  }
   if (config.retention_hours > config.max_retention_hours) {
     return "--retention-hours must not exceed --max-retention-hours";
   }
@@ -364,8 +371,6 @@ StoreOptions store_options(const StoreConfig& config) {
 
 std::vector<std::string> worker_arguments(const ServeConfig& config) {
   return {"worker",
-          "--store",
-          config.store.url,
           "--data-dir",
           config.store.data_dir.string(),
           "--max-vertices",

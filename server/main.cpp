@@ -5,8 +5,11 @@
 
 #include <CLI/CLI.hpp>
 #include <atomic>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <string>
 
@@ -18,10 +21,18 @@
 #include "server/store/store.h"
 #include "server/worker/sandbox.h"
 #include "server/worker/worker.h"
+#ifdef CREASED_POSTGRESQL
+#include "server/postgresql/postgresql_store.h"
+#endif
 
 namespace {
 
 constexpr int kUsageError = 2;
+#ifdef CREASED_POSTGRESQL
+constexpr bool kHasPostgresql = true;
+#else
+constexpr bool kHasPostgresql = false;
+#endif
 
 std::atomic<bool> stop_worker{false};
 
@@ -32,12 +43,23 @@ void mask_signals(int how, std::initializer_list<int> numbers) {
   pthread_sigmask(how, &signals, nullptr);
 }
 
+/// Becomes the program beside this one that links the client of PostgreSQL, when the store needs it and this one does
+/// not.
+void find_store(const creased::StoreConfig& config, char** arguments) {
+  if (kHasPostgresql || !creased::is_postgresql(config.url)) return;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe").replace_filename("creased-postgresql");
+  ::execv(program.c_str(), arguments);
+  throw std::runtime_error(fmt::format("a store in PostgreSQL needs {}: {}", program.string(), std::strerror(errno)));
+}
+
 int run_serve(creased::ServeConfig& config) {
   creased::prefer_keys(config.access);
   if (const std::string reason = creased::refusal(config); !reason.empty()) {
     spdlog::critical("{}", reason);
     return kUsageError;
   }
+  // For the workers. Unlike arguments, which anyone can see, it may have a password.
+  ::setenv("CREASED_STORE", config.store.url.c_str(), 1);
   mask_signals(SIG_BLOCK, {SIGTERM, SIGINT, SIGHUP});
   return creased::serve(config, std::filesystem::read_symlink("/proc/self/exe"));
 }
@@ -48,8 +70,8 @@ int run_worker(const creased::WorkerConfig& config) {
   mask_signals(SIG_UNBLOCK, {SIGTERM, SIGINT});
   auto options = creased::worker_options(config);
   options.executable = std::filesystem::read_symlink("/proc/self/exe");
-  if (options.name.empty()) options.name = creased::worker_name(::getpid());
   const auto store = creased::open_store(creased::store_options(config.store));
+  if (options.name.empty()) options.name = creased::worker_name(::getpid(), store->is_shared());
   return creased::run_worker(*store, options, stop_worker);
 }
 
@@ -114,8 +136,18 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kUsageError;
   }
-  if (serve_command->parsed()) return guarded(serve.log, [&] { return run_serve(serve); });
-  if (worker_command->parsed()) return guarded(worker.log, [&] { return run_worker(worker); });
+  if (serve_command->parsed()) {
+    return guarded(serve.log, [&] {
+      find_store(serve.store, argv);
+      return run_serve(serve);
+    });
+  }
+  if (worker_command->parsed()) {
+    return guarded(worker.log, [&] {
+      find_store(worker.store, argv);
+      return run_worker(worker);
+    });
+  }
   if (key_command->parsed()) return run_key(key);
   if (openapi_command->parsed()) return run_openapi();
   return run_compute();
@@ -125,6 +157,9 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a limit on files makes a write fail, and does not end the process
+#ifdef CREASED_POSTGRESQL
+  creased::enable_postgresql(creased::open_postgresql_store);
+#endif
   try {
     return run(argc, argv);
   } catch (const std::exception& error) {

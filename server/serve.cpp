@@ -59,6 +59,12 @@ void raise_file_limit() {
   ::setrlimit(RLIMIT_NOFILE, &limit);
 }
 
+/// Links must work on every server of a shared store.
+LinkSigner link_signer(const ServeConfig& config, Store& store) {
+  if (!store.is_shared()) return LinkSigner::of_folder(config.store.data_dir);
+  return LinkSigner(store.link_secret(LinkSigner::fresh_secret()));
+}
+
 /// A server begins with a check of the store; its workers rely on that.
 StoreOptions recovering(StoreOptions options) {
   options.recover = true;
@@ -109,7 +115,7 @@ class Service {
   Service(const ServeConfig& config, const std::filesystem::path& executable)
       : gate_(gatekeeper_options(config)),
         store_(open_store(recovering(store_options(config.store)))),
-        links_(LinkSigner::of_folder(config.store.data_dir)),
+        links_(link_signer(config, *store_)),
         health_(*store_, config.workers > 0),
         tasks_({.executable = executable}),
         inspector_(tasks_, inspector_options(config)),
@@ -168,14 +174,15 @@ class Service {
   /// Frees jobs that are still claimed by workers of an earlier server that was killed.
   void free_claims_of_the_dead() {
     for (const std::string& worker : store_->busy_workers()) {
-      if (is_dead_worker(worker)) store_->lose_all(worker, {.what = "ended with its server", .with_server = true});
+      if (is_dead_worker(worker, store_->is_shared()))
+        store_->lose_all(worker, {.what = "ended with its server", .with_server = true});
     }
   }
 
   /// Frees the jobs that the worker had claimed at once, without waiting for their leases.
   void worker_ended(int process, const std::string& what) {
     try {
-      store_->lose_all(worker_name(process), {.what = "ended because its worker " + what});
+      store_->lose_all(worker_name(process, store_->is_shared()), {.what = "ended because its worker " + what});
     } catch (const crease::Error& error) {
       spdlog::warn("the jobs of worker process {} stay claimed until their leases end: {}", process, error.detail());
     }

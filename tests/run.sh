@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the tests: tests/run.sh [STEP…]
-# Without a step all of them run but faults, format, load, pictures, references and bench; each runs even when an earlier
-# one failed, unless the build did.
+# Without a step all of them run but postgresql, faults, format, load, pictures, references and bench; each runs even when
+# an earlier one failed, unless the build did.
 #   build     the release preset, tests and benchmarks included
 #   unit service quality   the rooms of tests under ctest, one process for each suite
+#   postgresql   the tests that concern the store, on a PostgreSQL that they start
 #   openapi   the OpenAPI document through two linters, and the answers of the service tests against it
 #   gltf      results of the command line through the Khronos validator; originals, conversions and compression through
 #             glTF-Transform and three.js
@@ -47,6 +48,13 @@ run_unit() { ctest_room release unit; }
 run_service() {
   rm -rf build/answers && mkdir -p build/answers
   CREASED_TEST_ANSWERS=$PWD/build/answers ctest_room release service
+}
+run_postgresql() {
+  docker/install-packages.sh test
+  export CREASED_TEST_STORE=postgresql
+  local of_faults=StoreFaultsTest
+  "$bin/unit_tests" --gtest_filter="StoreTest.*:AttemptsTest.*:KeepingTest.*:$of_faults.AJobThat*:$of_faults.*Owner*:$of_faults.Small*"
+  "$bin/service_tests" --gtest_filter='Events.*:Jobs.*:Links.*:Results.*:SharedStore.*:Submit.*'
 }
 run_quality() { ctest_room release quality; }
 
@@ -123,8 +131,9 @@ run_fuzz() {
 # Its shadow memory is in the way of what kernels with vm.mmap_rnd_bits over 28 may put there. Containers may forbid to
 # go without random addresses.
 readonly without_random_addresses=(setarch --addr-no-randomize)
-# Suites that ask one thing after another, and those of the command line, which this build leaves out.
-readonly one_thread_at_a_time='^(BasePath|Browsers.*|CommandLine|HostileUploads|Key(s|Configuration|Command)|OpenApi|Links.*|Proxy|Weights)$'
+# Suites that ask one thing after another, those of the command line, which this build leaves out, and one that starts and
+# kills so many programs that it would take too long.
+readonly one_thread_at_a_time='^(BasePath|Browsers.*|CommandLine|HostileUploads|Key(s|Configuration|Command)|OpenApi|Links.*|Proxy|SharedStore|Weights)$'
 run_tsan() {
   local reports=$PWD/build/tsan/reports launcher=() try failed=no
   docker/install-packages.sh build

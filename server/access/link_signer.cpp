@@ -38,15 +38,19 @@ std::string link_field(const LinkSigner::Query& query, std::string_view name) {
 
 }  // namespace
 
+std::string LinkSigner::fresh_secret() {
+  std::array<unsigned char, kLinkSecretBytes> bytes{};
+  if (::RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1) {
+    throw std::runtime_error("cannot get random bytes");
+  }
+  return crease::hex(bytes);
+}
+
 LinkSigner LinkSigner::of_folder(const std::filesystem::path& folder) {
   const auto path = folder / "link-secret";
   if (!std::filesystem::exists(path)) {
-    std::array<unsigned char, kLinkSecretBytes> bytes{};
-    if (::RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1) {
-      throw std::runtime_error("cannot get random bytes");
-    }
     ReplacingFile file(path, "part");
-    if (!write_all(file.descriptor(), crease::hex(bytes))) throw file_failure("write", file.path());
+    if (!write_all(file.descriptor(), fresh_secret())) throw file_failure("write", file.path());
     file.commit(Durability::kWhole);
   }
   std::string secret = read_whole(path);

@@ -21,6 +21,9 @@ class LinkSigner {
 
   explicit LinkSigner(std::string secret) : secret_(std::move(secret)) {}
 
+  /// \throw std::runtime_error when there are no random bytes
+  static std::string fresh_secret();
+
   /// With the secret that is kept in this private folder, and made when there is none.
   /// \throw crease::Error store_unavailable
   static LinkSigner of_folder(const std::filesystem::path& folder);

@@ -37,13 +37,16 @@ JobWatcher::~JobWatcher() {
 }
 
 void JobWatcher::run() {
+  std::string fault;  // that was logged
   std::unique_lock lock(mutex_);
   while (!stop_changed_.wait_for(lock, poll_, [this] { return stop_; })) {
     lock.unlock();
     try {
       look();
+      fault.clear();
     } catch (const std::exception& error) {
-      spdlog::warn("cannot poll the store for changed jobs: {}", error.what());
+      if (fault != error.what()) spdlog::warn("cannot poll the store for changed jobs: {}", error.what());
+      fault = error.what();
     }
     lock.lock();
   }

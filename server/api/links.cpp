@@ -6,7 +6,7 @@
 #include "server/api/jobs.h"
 #include "server/api/results.h"
 #include "server/api/routes.h"
-#include "server/store/job_row.h"
+#include "server/store/job_facts.h"
 
 namespace creased {
 namespace code = crease::code;

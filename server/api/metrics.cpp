@@ -24,6 +24,9 @@ Metrics::Metrics()
                     "Bytes of request bodies and answers.")),
       ended_(family(registry_, prometheus::BuildCounter, "creased_jobs_ended_total", "Jobs that ended, by state.")),
       jobs_(family(registry_, prometheus::BuildGauge, "creased_jobs", "Jobs that have not ended, by state.")),
+      queue_age_(family(registry_, prometheus::BuildGauge, "creased_queue_age_seconds",
+                        "How long the first of the queued jobs has waited.")
+                     .Add({})),
       streams_(family(registry_, prometheus::BuildGauge, "creased_event_streams", "Open event streams.").Add({})),
       connections_(family(registry_, prometheus::BuildGauge, "creased_connections", "Open connections.").Add({})) {}
 
@@ -50,16 +53,17 @@ void Metrics::forget(const std::string& job_id) {
   state_of_.erase(job_id);
 }
 
-std::string Metrics::text(std::size_t queued, std::size_t streams, std::size_t connections) {
+std::string Metrics::text(const Gauges& gauges) {
   std::size_t running = 0;
   {
     const std::lock_guard lock(mutex_);
     for (const auto& [id, state] : state_of_) running += state == "running" ? 1 : 0;
   }
-  jobs_.Add({{"state", "queued"}}).Set(static_cast<double>(queued));
+  jobs_.Add({{"state", "queued"}}).Set(static_cast<double>(gauges.queued));
   jobs_.Add({{"state", "running"}}).Set(static_cast<double>(running));
-  streams_.Set(static_cast<double>(streams));
-  connections_.Set(static_cast<double>(connections));
+  queue_age_.Set(std::chrono::duration<double>(gauges.longest_wait).count());
+  streams_.Set(static_cast<double>(gauges.streams));
+  connections_.Set(static_cast<double>(gauges.connections));
   return prometheus::TextSerializer().Serialize(registry_.Collect());
 }
 

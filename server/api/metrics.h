@@ -6,6 +6,7 @@
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 
+#include <chrono>
 #include <mutex>
 #include <string>
 #include <unordered_map>
@@ -25,8 +26,14 @@ class Metrics {
   void count_state(const crease::v1::Job& job);
   void forget(const std::string& job_id);
 
-  /// The metrics in Prometheus text format 0.0.4, with the given gauges.
-  std::string text(std::size_t queued, std::size_t streams, std::size_t connections);
+  /// What is measured when somebody asks.
+  struct Gauges {
+    std::size_t queued = 0;
+    std::chrono::milliseconds longest_wait{0};
+    std::size_t streams = 0, connections = 0;
+  };
+  /// The metrics in Prometheus text format 0.0.4.
+  std::string text(const Gauges& gauges);
 
  private:
   prometheus::Registry registry_;
@@ -35,6 +42,7 @@ class Metrics {
   prometheus::Family<prometheus::Counter>& bytes_;
   prometheus::Family<prometheus::Counter>& ended_;
   prometheus::Family<prometheus::Gauge>& jobs_;
+  prometheus::Gauge& queue_age_;
   prometheus::Gauge& streams_;
   prometheus::Gauge& connections_;
 

@@ -165,7 +165,7 @@ std::shared_ptr<const OpenFile> ResultFiles::source(const v1::Job& job, v1::Resu
   if (part != v1::RESULT_PART_SNAPSHOT) {
     return checked_.require(job.id(), part == v1::RESULT_PART_REPORT ? file::kReport : file::kResult);
   }
-  auto snapshot = open_file(store_.file_path(job.id(), file::kSnapshot));
+  auto snapshot = store_.open(job.id(), file::kSnapshot);
   if (snapshot == nullptr) throw Error(code::kSnapshotUnavailable, "the job has not written a snapshot yet");
   return snapshot;
 }
@@ -179,7 +179,7 @@ std::shared_ptr<const OpenFile> ResultFiles::encode(const v1::Job& job, const Re
     if (!target.open()) throw file_failure("create", path);
     const Temporary temporary(path);
     const bool has_upload = reads_upload(job, wanted);
-    const auto upload = has_upload ? open_file(store_.file_path(job.id(), file::kUpload)) : nullptr;
+    const auto upload = has_upload ? store_.open(job.id(), file::kUpload) : nullptr;
     if (has_upload && upload == nullptr) throw Error(code::kUploadDamaged, "the upload of the job has vanished");
     if (!encoder_.encode(asker, task_of(job, wanted), stored->descriptor.get(), stored->bytes, target.get(),
                          upload == nullptr ? -1 : upload->descriptor.get())) {
@@ -199,10 +199,7 @@ std::shared_ptr<const OpenFile> ResultFiles::encode(const v1::Job& job, const Re
 void ResultFiles::keep(const std::string& id, const std::string& name, const fs::path& path, int made) {
   try {
     FileDigest digest = digest_of(made, path);
-    std::error_code failed;
-    if (!store_.keep_file(id, {name, digest.bytes, std::move(digest.sha256)})) return;
-    fs::rename(path, store_.file_path(id, name), failed);
-    if (failed) spdlog::warn("job {}: {} is not kept: {}", id, name, failed.message());
+    store_.keep_file(id, {name, digest.bytes, std::move(digest.sha256)}, path);
   } catch (const Error& error) {
     spdlog::warn("job {}: {} is not kept: {}", id, name, error.detail());
   }

@@ -27,8 +27,10 @@ void get_readiness(Services& services, Call& call) {
 }
 
 void get_metrics(Services& services, Call& call) {
-  const std::string text =
-      services.metrics.text(services.store.queued(), services.streams.count(), services.connections());
+  const std::string text = services.metrics.text({.queued = services.store.queued(),
+                                                  .longest_wait = services.store.longest_wait(),
+                                                  .streams = services.streams.count(),
+                                                  .connections = services.connections()});
   call.response.set_content(text, "text/plain; version=0.0.4; charset=utf-8");
 }
 

@@ -22,24 +22,24 @@ CheckedFiles::Stamp CheckedFiles::stamp_of(int file) {
 /// Compares the content when the file has changed since the last time.
 CheckedFiles::State CheckedFiles::state_of(const OpenFile& file, std::string_view id, std::string_view name) {
   constexpr std::size_t kMostRemembered = 10'000;
-  const auto path = store_.file_path(id, name);
+  const std::string key = fmt::format("{}/{}", id, name);
   const Stamp stamp = stamp_of(file.descriptor.get());
   {
     const std::lock_guard lock(mutex_);
-    const auto known = sound_.find(path.string());
+    const auto known = sound_.find(key);
     if (known != sound_.end() && known->second == stamp) return State::kSound;
   }
   const auto record = store_.file_record(id, name);
   if (!record) return State::kUnknown;
-  if (digest_of(file.descriptor.get(), path) != FileDigest{record->bytes, record->sha256}) return State::kDamaged;
+  if (digest_of(file.descriptor.get(), key) != FileDigest{record->bytes, record->sha256}) return State::kDamaged;
   const std::lock_guard lock(mutex_);
   if (sound_.size() >= kMostRemembered) sound_.clear();
-  sound_[path.string()] = stamp;
+  sound_[key] = stamp;
   return State::kSound;
 }
 
 std::shared_ptr<const OpenFile> CheckedFiles::open(std::string_view id, std::string_view name) {
-  auto file = open_file(store_.file_path(id, name));
+  auto file = store_.open(id, name);
   if (file == nullptr) return nullptr;
   const State state = state_of(*file, id, name);
   if (state == State::kDamaged) spdlog::error("{} of job {} is damaged and is made again", name, id);
@@ -47,7 +47,7 @@ std::shared_ptr<const OpenFile> CheckedFiles::open(std::string_view id, std::str
 }
 
 std::shared_ptr<const OpenFile> CheckedFiles::require(std::string_view id, std::string_view name) {
-  auto file = open_file(store_.file_path(id, name));
+  auto file = store_.open(id, name);
   if (file == nullptr) {
     throw crease::Error(code::kResultDamaged, fmt::format("the file {} of the job is missing", name));
   }

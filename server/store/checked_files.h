@@ -35,7 +35,7 @@ class CheckedFiles {
 
   Store& store_;
   std::mutex mutex_;
-  std::unordered_map<std::string, Stamp> sound_;  // by path: the state in which the content was compared
+  std::unordered_map<std::string, Stamp> sound_;  // by job and name: the state in which the content was compared
 };
 
 }  // namespace creased

@@ -1,35 +1,13 @@
 #include "server/store/job_row.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
 
-#include <chrono>
-#include <ctime>
-
-#include "proto/error_table.h"
 #include "server/base/failure.h"
 
 namespace creased {
 namespace code = crease::code;
-namespace {
-
 namespace v1 = crease::v1;
-
-bool parse(google::protobuf::MessageLite& message, const std::string& bytes) { return message.ParseFromString(bytes); }
-
-}  // namespace
-
-std::int64_t now_ms() {
-  using namespace std::chrono;
-  return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
-}
-
-std::string timestamp(std::int64_t ms) {
-  constexpr std::int64_t kMsPerSecond = 1000;
-  return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z", fmt::gmtime(static_cast<std::time_t>(ms / kMsPerSecond)),
-                     ms % kMsPerSecond);
-}
 
 std::string select_jobs(std::string_view rest) {
   return fmt::format(
@@ -40,25 +18,22 @@ std::string select_jobs(std::string_view rest) {
 }
 
 v1::Job read_job(const Query& row) {
-  v1::Job job;
-  bool whole = parse(job, row.text(8));  // only its warnings are set
-  job.set_id(row.text(0));
-  job.set_state(row.text(1));
-  job.set_created_at(timestamp(row.integer(2)));
-  if (const auto started = row.optional_integer(3)) job.set_started_at(timestamp(*started));
-  if (const auto finished = row.optional_integer(4)) job.set_finished_at(timestamp(*finished));
-  job.set_attempt(static_cast<std::uint32_t>(row.integer(5)));
-  whole = parse(*job.mutable_input(), row.text(6)) && whole;
-  whole = parse(*job.mutable_parameters(), row.text(7)) && whole;
-  whole = parse(*job.mutable_progress(), row.text(9)) && whole;
-  if (const auto expires = row.optional_integer(13)) job.set_expires_at(timestamp(*expires));
-  if (!row.is_null(10)) whole = parse(*job.mutable_result(), row.text(10)) && whole;
-  if (!row.is_null(11)) whole = parse(*job.mutable_error(), row.text(11)) && whole;
-  if (whole) return job;
-  job.set_state(std::string(name_of(JobState::kFailed)));
-  *job.mutable_error() =
-      crease::to_problem(crease::Error(code::kStoreUnavailable, "the row of this job in the database is damaged"));
-  return job;
+  const auto optional_text = [&](int column) {
+    return row.is_null(column) ? std::nullopt : std::optional<std::string>(row.text(column));
+  };
+  return job_of({.id = row.text(0),
+                 .state = row.text(1),
+                 .created = row.integer(2),
+                 .attempt = row.integer(5),
+                 .started = row.optional_integer(3),
+                 .finished = row.optional_integer(4),
+                 .expires = row.optional_integer(13),
+                 .input = row.text(6),
+                 .parameters = row.text(7),
+                 .warnings = row.text(8),
+                 .progress = row.text(9),
+                 .result = optional_text(10),
+                 .error = optional_text(11)});
 }
 
 std::optional<v1::Job> job_of_id(Connection& connection, std::string_view id, const std::optional<std::string>& owner) {
@@ -92,17 +67,6 @@ Usage usage_of(Connection& connection, const std::optional<std::string>& owner) 
 }
 
 std::int64_t job_seq(const Query& row) { return row.integer(12); }
-
-std::string warnings_bytes(const google::protobuf::RepeatedPtrField<v1::Warning>& warnings) {
-  v1::Job carrier;
-  *carrier.mutable_warnings() = warnings;
-  return carrier.SerializeAsString();
-}
-
-std::string megabytes(std::uint64_t bytes) {
-  constexpr double kMegabyte = 1U << 20U;
-  return fmt::format("{:.1f} MiB", static_cast<double>(bytes) / kMegabyte);
-}
 
 void count_change(Connection& connection) {
   Query(connection, "UPDATE change_counter SET version = version + 1").run();

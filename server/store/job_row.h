@@ -7,21 +7,15 @@
 
 #include "crease/v1/job.pb.h"
 #include "server/jobs/life.h"
+#include "server/store/job_facts.h"
 #include "server/store/sqlite_connection.h"
 
 namespace creased {
 
-/// Milliseconds since 1970.
-std::int64_t now_ms();
-
-/// Milliseconds since 1970 in RFC 3339 form, in UTC with milliseconds.
-std::string timestamp(std::int64_t ms);
-
 /// "SELECT … FROM jobs " and `rest`, with the columns that `read_job` needs.
 std::string select_jobs(std::string_view rest);
 
-/// The job of a row of `select_jobs`. What cannot be read of a damaged row is left out, and the job has failed with
-/// store_unavailable.
+/// The job of a row of `select_jobs`.
 crease::v1::Job read_job(const Query& row);
 /// The position of the job in the order of submission.
 std::int64_t job_seq(const Query& row);
@@ -36,17 +30,7 @@ inline constexpr int kLifeColumns = 7;
 Life read_life(const Query& row, int first_column);
 
 /// What an owner, or all together, has in the store.
-struct Usage {
-  std::size_t queued = 0;
-  std::uint64_t bytes = 0;
-};
 Usage usage_of(Connection& connection, const std::optional<std::string>& owner);
-
-/// Warnings as they are stored in the database.
-std::string warnings_bytes(const google::protobuf::RepeatedPtrField<crease::v1::Warning>& warnings);
-
-/// A number of bytes for people, such as "1.5 MiB".
-std::string megabytes(std::uint64_t bytes);
 
 /// Increments the version counter. Every transaction that changes a job does this first.
 void count_change(Connection& connection);

@@ -1,10 +1,11 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
+#include <cstdio>
 
 #include "proto/convert.h"
 #include "server/base/failure.h"
+#include "server/store/job_facts.h"
 #include "server/store/job_row.h"
 #include "server/store/sqlite_store.h"
 
@@ -74,28 +75,6 @@ std::optional<RunningJob> held(Connection& connection, const Claim& claim) {
   return read_running(row);
 }
 
-v1::Progress queued_progress(const v1::Progress& former) {
-  v1::Progress progress;
-  progress.set_stage("queued");
-  progress.set_sweeps(former.sweeps());
-  return progress;
-}
-
-v1::Progress finished_progress(v1::Progress progress) {
-  progress.set_stage("done");
-  progress.set_fraction(1);
-  progress.set_eta_seconds(0);
-  return progress;
-}
-
-std::string progress_after(const RunningJob& job, JobState state) {
-  v1::Progress progress;
-  progress.ParseFromString(job.progress);
-  if (state == JobState::kQueued) return queued_progress(progress).SerializeAsString();
-  if (state == JobState::kSucceeded) return finished_progress(progress).SerializeAsString();
-  return job.progress;
-}
-
 void record(Connection& connection, const std::string& id, const FileRecord& file) {
   Query(connection, "INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?)", id, file.name,
         static_cast<std::int64_t>(file.bytes), file.sha256)
@@ -133,17 +112,11 @@ bool SqliteStore::take(const Claim& claim, const std::function<Transition(const 
     const auto job = held(*transaction, claim);
     if (!job) return false;
     const Transition taken = step(job->life);
-    take(*transaction, job->id, progress_after(*job, taken.life.state), taken);
+    take(*transaction, job->id, progress_after(job->progress, taken.life.state), taken);
     transaction.commit();
     log_step(job->id, taken);
     return true;
   });
-}
-
-void SqliteStore::log_step(const std::string& id, const Transition& step) {
-  if (step.error) return spdlog::error("job {} failed: {}", id, step.error->detail());
-  if (step.life.state != JobState::kQueued || step.life.losses.empty()) return;
-  spdlog::warn("job {} queued again: {}", id, step.life.losses);
 }
 
 /// The running jobs that `condition` selects lose their attempt. ?1 and ?2 belong to the condition.
@@ -155,8 +128,8 @@ std::size_t SqliteStore::lose_where(Connection& connection, std::string_view con
     while (rows.next()) jobs.push_back(read_running(rows));
   }
   for (const RunningJob& job : jobs) {
-    const Transition step = lost(job.life, loss, max_attempts_);
-    take(connection, job.id, progress_after(job, step.life.state), step);
+    const Transition step = lost(job.life, loss, options_.max_attempts);
+    take(connection, job.id, progress_after(job.progress, step.life.state), step);
     log_step(job.id, step);
   }
   return jobs.size();
@@ -274,7 +247,7 @@ bool SqliteStore::succeed(const Claim& claim, const v1::ResultFacts& result, con
     const std::string all_warnings = warnings_bytes(job->warnings()), result_bytes = result.SerializeAsString();
     if (!files.empty()) write_end(claim.job_id, files);
     const Life life = ended(running->life, JobState::kSucceeded);
-    take(*transaction, claim.job_id, progress_after(*running, life.state), {life});
+    take(*transaction, claim.job_id, progress_after(running->progress, life.state), {life});
     Query(*transaction, "UPDATE jobs SET result = ?, warnings = ? WHERE id = ?", Blob{result_bytes}, Blob{all_warnings},
           claim.job_id)
         .run();
@@ -302,7 +275,7 @@ bool SqliteStore::defer(const Claim& claim, const crease::Error& reason) {
 }
 
 bool SqliteStore::lose(const Claim& claim, const Loss& loss) {
-  return take(claim, [&](const Life& life) { return lost(life, loss, max_attempts_); });
+  return take(claim, [&](const Life& life) { return lost(life, loss, options_.max_attempts); });
 }
 
 std::vector<std::string> SqliteStore::busy_workers() {
@@ -322,12 +295,13 @@ void SqliteStore::lose_all(std::string_view worker, const Loss& loss) {
   });
 }
 
-bool SqliteStore::keep_file(std::string_view id, const FileRecord& file) {
+bool SqliteStore::keep_file(std::string_view id, const FileRecord& file, const std::filesystem::path& made) {
   const auto room = files_.room();
   if (room.free < file.bytes + room.reserve()) return false;
   return guarded([&] {
     Writer::Transaction transaction(writer_);
-    if (quota_bytes_ > 0 && usage_of(*transaction, std::nullopt).bytes + file.bytes > quota_bytes_) return false;
+    if (options_.quota_bytes > 0 && usage_of(*transaction, std::nullopt).bytes + file.bytes > options_.quota_bytes)
+      return false;
     std::int64_t more = static_cast<std::int64_t>(file.bytes);
     {
       Query former(*transaction, "SELECT bytes FROM files WHERE job = ? AND name = ?", id, file.name);
@@ -337,6 +311,8 @@ bool SqliteStore::keep_file(std::string_view id, const FileRecord& file) {
     if (rows == 0) return false;
     record(*transaction, std::string(id), file);
     transaction.commit();
+    const auto target = files_.path(id, file.name);
+    if (::rename(made.c_str(), target.c_str()) != 0) throw file_failure("keep", target);
     return true;
   });
 }

@@ -4,14 +4,13 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <charconv>
-#include <limits>
 #include <random>
 
 #include "crease/v1/stored.pb.h"
 #include "server/base/durable_file.h"
 #include "server/base/failure.h"
 #include "server/jobs/needs.h"
+#include "server/store/job_facts.h"
 #include "server/store/job_row.h"
 #include "server/store/recovery.h"
 #include "server/store/sqlite_schema.h"
@@ -30,16 +29,6 @@ std::filesystem::path prepared(const StoreOptions& options, const JobFiles& file
   return database;
 }
 
-/// Removes the files of a submission, unless they were moved.
-struct UploadGuard {
-  const NewJob& job;
-  ~UploadGuard() {
-    std::error_code ignored;
-    std::filesystem::remove(job.upload, ignored);
-    std::filesystem::remove(job.weights, ignored);
-  }
-};
-
 std::optional<v1::Job> job_of_key(Connection& connection, const NewJob& request) {
   if (request.idempotency_key.empty()) return std::nullopt;
   static const std::string sql = select_jobs("WHERE owner = ? AND idempotency_key = ?");
@@ -48,9 +37,7 @@ std::optional<v1::Job> job_of_key(Connection& connection, const NewJob& request)
   v1::Job job = read_job(known);
   Query same(connection, "SELECT 1 FROM jobs WHERE id = ? AND request_digest = ?", job.id(), request.request_digest);
   if (!same.next()) {
-    throw crease::Error(
-        code::kIdempotencyConflict,
-        fmt::format("the key was already used for a different request, which created job {}", job.id()));
+    throw_conflict(job.id());
   }
   return job;
 }
@@ -64,42 +51,12 @@ std::uint64_t size_of(const std::filesystem::path& path) {
   return failed ? 0 : bytes;
 }
 
-std::int64_t retention_ms(const v1::Parameters& parameters) {
-  constexpr double kMsPerHour = 3'600'000;
-  return static_cast<std::int64_t>(parameters.retention_hours() * kMsPerHour);
-}
-
-constexpr std::size_t kCursorDigits = 16;
-
-std::string cursor_after(std::int64_t seq) { return fmt::format("{:016x}", seq); }
-
-std::int64_t parse_cursor(std::string_view cursor) {
-  if (cursor.empty()) return std::numeric_limits<std::int64_t>::max();
-  std::int64_t seq = 0;
-  const auto [end, failure] = std::from_chars(cursor.data(), cursor.data() + cursor.size(), seq, 16);
-  if (failure != std::errc() || end != cursor.data() + cursor.size() || cursor.size() != kCursorDigits || seq < 1) {
-    throw crease::Error::parameter(code::kParameterInvalid, "cursor", std::string(cursor),
-                                   "the next_cursor of an earlier page");
-  }
-  return seq;
-}
-
-void check_state(std::string_view state) {
-  if (state.empty() || job_state(state)) return;
-  std::vector<std::string_view> names;
-  for (const JobState known : kJobStates) names.push_back(name_of(known));
-  throw crease::Error::parameter(code::kParameterInvalid, "state", std::string(state),
-                                 fmt::format("one of {}", fmt::join(names, ", ")));
-}
-
 }  // namespace
 
 SqliteStore::SqliteStore(const StoreOptions& options)
     : files_(options.data_dir),
       database_(prepared(options, files_)),
-      max_queued_(options.max_queued),
-      max_attempts_(options.max_attempts),
-      quota_bytes_(options.quota_bytes),
+      options_(options),
       readers_(database_, kReaders),
       writer_(database_, Connection::Role::kWriter),
       durable_writer_(database_, Connection::Role::kDurable) {
@@ -188,12 +145,9 @@ void SqliteStore::write_end(const std::string& id, const std::vector<FileRecord>
 
 /// Returns the new job as it is before any worker sees it, or the one that the request's key has already.
 v1::Job SqliteStore::insert(const NewJob& request, const std::string& id, bool& created) {
-  v1::Progress progress;
-  progress.set_stage("queued");
-  progress.set_sweeps(request.parameters.sweeps());
   const std::string input = request.input.SerializeAsString(), parameters = request.parameters.SerializeAsString(),
                     warnings = warnings_bytes({request.warnings.begin(), request.warnings.end()}),
-                    progress_bytes = progress.SerializeAsString();
+                    progress_bytes = first_progress(request.parameters).SerializeAsString();
   const Needs needs = needs_of(request.input, request.parameters);
   const std::uint64_t bytes = size_of(request.upload) + size_of(request.weights) + needs.disk_bytes;
   const std::int64_t now = now_ms();
@@ -218,24 +172,7 @@ v1::Job SqliteStore::insert(const NewJob& request, const std::string& id, bool& 
 
 void SqliteStore::check_room(Connection& connection, const NewJob& request, std::uint64_t bytes) const {
   const Usage all = usage_of(connection, std::nullopt), own = usage_of(connection, request.owner);
-  const OwnerLimits& limits = request.owner_limits;
-  if (all.queued >= max_queued_) {
-    throw crease::Error(code::kQueueFull,
-                        fmt::format("{} jobs are queued, the most that this service allows", max_queued_));
-  }
-  if (limits.max_queued > 0 && own.queued >= limits.max_queued) {
-    throw crease::Error(code::kKeyQueueFull,
-                        fmt::format("{} jobs are queued, the most that this key may have", limits.max_queued));
-  }
-  const auto check_quota = [&](std::uint64_t used, std::uint64_t quota, std::string_view whose) {
-    if (quota == 0 || used + bytes <= quota) return;
-    throw crease::Error(code::kQuotaExceeded,
-                        fmt::format("the job may need {}, but {} of the {} that {} may use are taken; delete jobs or "
-                                    "wait until results expire",
-                                    megabytes(bytes), megabytes(used), megabytes(quota), whose));
-  };
-  check_quota(own.bytes, limits.max_bytes, "this key");
-  check_quota(all.bytes, quota_bytes_, "this service");
+  check_limits(all, own, options_, request.owner_limits, bytes);
   const auto room = files_.room();
   if (room.free < bytes + room.reserve()) {
     throw crease::Error(code::kStorageFull, fmt::format("the job may need {}, but the disk has only {} left",
@@ -333,23 +270,22 @@ std::size_t SqliteStore::queued() {
   });
 }
 
-std::filesystem::path SqliteStore::upload_path(std::string_view id) const { return files_.path(id, file::kUpload); }
+std::chrono::milliseconds SqliteStore::longest_wait() {
+  return guarded([&] {
+    ReaderPool::Loan reader(readers_);
+    Query row(*reader, "SELECT created FROM jobs WHERE state = 'queued' ORDER BY seq LIMIT 1");
+    return std::chrono::milliseconds(row.next() ? std::max<std::int64_t>(0, now_ms() - row.integer(0)) : 0);
+  });
+}
 
-std::filesystem::path SqliteStore::file_path(std::string_view id, std::string_view name) const {
-  return files_.path(id, name);
+std::shared_ptr<const OpenFile> SqliteStore::open(std::string_view id, std::string_view name) {
+  return open_file(files_.path(id, name));
+}
+
+std::filesystem::path SqliteStore::working_path(const Claim& claim, std::string_view name) const {
+  return files_.path(claim.job_id, name);
 }
 
 std::filesystem::path SqliteStore::temporary_path() { return files_.temporary_path(); }
-
-std::unique_ptr<Store> open_store(const StoreOptions& options) {
-  constexpr std::string_view kPostgres = "postgresql://";
-  if (options.url.starts_with(kPostgres)) {
-    throw crease::Error(code::kStoreUnavailable, "this build does not support PostgreSQL; use 'sqlite'");
-  }
-  if (options.url != "sqlite") {
-    throw crease::Error(code::kStoreUnavailable, fmt::format("unknown store '{}'; use 'sqlite'", options.url));
-  }
-  return with_store_errors([&]() -> std::unique_ptr<Store> { return std::make_unique<SqliteStore>(options); });
-}
 
 }  // namespace creased

@@ -31,12 +31,16 @@ class SqliteStore final : public Store {
   std::uint64_t version_of(std::string_view id) override;
   std::string not_ready_reason() override;
   std::size_t queued() override;
+  std::chrono::milliseconds longest_wait() override;
+  bool is_shared() const override { return false; }
+  std::string link_secret(const std::string&) override { return {}; }
 
   std::optional<Claim> claim(std::string_view worker, std::chrono::milliseconds lease) override;
   Hold check(const Claim& claim) override;
   Hold renew(const Claim& claim, std::chrono::milliseconds lease) override;
   void publish_progress(const Claim& claim, const crease::v1::Progress& progress) override;
   void note_checkpoint(const Claim& claim) override;
+  void note_snapshot(const Claim&) override {}
   bool succeed(const Claim& claim, const crease::v1::ResultFacts& result,
                const std::vector<crease::v1::Warning>& warnings, const std::vector<FileRecord>& files) override;
   bool fail(const Claim& claim, const crease::v1::Problem& problem) override;
@@ -49,11 +53,11 @@ class SqliteStore final : public Store {
   void note_worker(std::string_view name, std::string_view problem) override;
   std::vector<WorkerHealth> workers() override;
 
-  std::filesystem::path upload_path(std::string_view id) const override;
-  std::filesystem::path file_path(std::string_view id, std::string_view name) const override;
+  std::shared_ptr<const OpenFile> open(std::string_view id, std::string_view name) override;
+  std::filesystem::path working_path(const Claim& claim, std::string_view name) const override;
   std::filesystem::path temporary_path() override;
   std::optional<FileRecord> file_record(std::string_view id, std::string_view name) override;
-  bool keep_file(std::string_view id, const FileRecord& file) override;
+  bool keep_file(std::string_view id, const FileRecord& file, const std::filesystem::path& made) override;
 
  private:
   /// Runs `work`, turns errors of SQLite into errors of the store, and remembers that the store has failed.
@@ -86,7 +90,6 @@ class SqliteStore final : public Store {
 
   void take(Connection& connection, const std::string& id, const std::string& progress, const Transition& step);
   bool take(const Claim& claim, const std::function<Transition(const Life&)>& step);
-  static void log_step(const std::string& id, const Transition& step);
   std::size_t lose_where(Connection& connection, std::string_view condition, std::string_view text, std::int64_t number,
                          const Loss& loss);
   static std::optional<Claim> claim_next(Connection& connection, std::string_view worker, std::int64_t now,
@@ -94,9 +97,7 @@ class SqliteStore final : public Store {
 
   JobFiles files_;
   std::filesystem::path database_;
-  std::size_t max_queued_;
-  std::uint32_t max_attempts_;
-  std::uint64_t quota_bytes_;
+  const StoreOptions options_;
   std::atomic<bool> suspect_{false};  // a write has failed since the last check
   LeaseTrust leases_;
   std::atomic<std::int64_t> last_expiry_ms_{0};

@@ -6,6 +6,7 @@
 #include "crease/v1/result.pb.h"
 #include "proto/convert.h"
 #include "server/base/durable_file.h"
+#include "server/store/job_facts.h"
 #include "server/store/job_row.h"
 #include "server/store/sqlite_store.h"
 
@@ -183,11 +184,11 @@ std::string SqliteStore::write_fault() {
 
 std::string SqliteStore::not_ready_reason() {
   if (std::string fault = write_fault(); !fault.empty()) return fault;
-  if (quota_bytes_ == 0) return {};
+  if (options_.quota_bytes == 0) return {};
   return guarded([&] {
     ReaderPool::Loan reader(readers_);
-    const bool used_up = usage_of(*reader, std::nullopt).bytes >= quota_bytes_;
-    return used_up ? fmt::format("the quota of {} is used up", megabytes(quota_bytes_)) : std::string();
+    const bool used_up = usage_of(*reader, std::nullopt).bytes >= options_.quota_bytes;
+    return used_up ? fmt::format("the quota of {} is used up", megabytes(options_.quota_bytes)) : std::string();
   });
 }
 
@@ -271,7 +272,6 @@ std::vector<FileRecord> SqliteStore::whole_files(const std::string& id) const {
 
 void SqliteStore::adopt(const std::string& id, const v1::StoredJob& accepted) {
   guarded([&] {
-    constexpr double kMsPerHour = 3'600'000;
     v1::Report report;
     const std::vector<FileRecord> files = whole_files(id);
     const bool done = !files.empty() && read_message(files_.path(id, file::kReport), report) && report.id() == id;
@@ -285,7 +285,7 @@ void SqliteStore::adopt(const std::string& id, const v1::StoredJob& accepted) {
                       progress_bytes = progress.SerializeAsString(), result = report.result().SerializeAsString();
     const auto key =
         accepted.idempotency_key().empty() ? std::nullopt : std::optional<std::string>(accepted.idempotency_key());
-    const auto retention = static_cast<std::int64_t>(job.parameters().retention_hours() * kMsPerHour);
+    const auto retention = retention_ms(job.parameters());
     Writer::Transaction transaction(durable_writer_);
     count_change(*transaction);
     Query(*transaction,

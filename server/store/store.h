@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "crease/v1/job.pb.h"
+#include "server/base/durable_file.h"
 #include "server/base/failure.h"
 #include "server/jobs/life.h"
 
@@ -94,9 +95,12 @@ class JobDesk {
   /// Removes a job and all its data, durably. Its worker, if any, abandons it. Returns false when there is no such job.
   virtual bool remove(std::string_view id, const Owner& owner = std::nullopt) = 0;
   virtual std::size_t queued() = 0;
+  /// How long the job that was submitted first of the queued ones has waited; 0 when none is queued.
+  virtual std::chrono::milliseconds longest_wait() = 0;
 };
 
-/// What changed since when.
+/// What changed since when. Callers ask for the last version as often as they like: it costs a store on another machine
+/// nothing while nothing changes.
 class ChangeFeed {
  public:
   virtual ~ChangeFeed() = default;
@@ -118,17 +122,20 @@ class JobQueue {
   /// running jobs, among these the one that was served longest ago. Of its jobs, the one that was submitted first is
   /// next, where a job counts as submitted later by the time that it will take, so that small jobs pass large ones and
   /// none waits for ever. Jobs whose lease has expired lose their attempt first. Nothing is claimed while the store
-  /// cannot write. \throw Error store_unavailable, storage_full
+  /// cannot write. Idle workers call this many times a second. \throw Error store_unavailable, storage_full
   virtual std::optional<Claim> claim(std::string_view worker, std::chrono::milliseconds lease) = 0;
   enum class Hold { kHeld, kCancelRequested, kLost };
   /// Whether the job still belongs to this worker, and whether it should stop. Cheap.
   virtual Hold check(const Claim& claim) = 0;
   virtual Hold renew(const Claim& claim, std::chrono::milliseconds lease) = 0;
   virtual void publish_progress(const Claim& claim, const crease::v1::Progress& progress) = 0;
+  /// The checkpoint at its working_path() is complete.
   virtual void note_checkpoint(const Claim& claim) = 0;
+  /// Likewise the snapshot.
+  virtual void note_snapshot(const Claim& claim) = 0;
   // Calls that end a claim. They return false and change nothing when the job no longer belongs to this worker.
   /// A complete job succeeds even if it should have been cancelled. `warnings` are added to those of the submission,
-  /// `files` are what the job leaves.
+  /// `files` are what the job leaves, each complete at its working_path().
   virtual bool succeed(const Claim& claim, const crease::v1::ResultFacts& result,
                        const std::vector<crease::v1::Warning>& warnings, const std::vector<FileRecord>& files = {}) = 0;
   virtual bool fail(const Claim& claim, const crease::v1::Problem& problem) = 0;
@@ -145,22 +152,24 @@ class JobQueue {
   virtual std::vector<WorkerHealth> workers() = 0;
 };
 
-/// The files of jobs. They are written under another name and then renamed, so a reader keeps the file that it has
-/// open.
+/// The files of jobs. Whoever has opened one keeps what he has, even when it is replaced or removed.
 class FileStore {
  public:
   virtual ~FileStore() = default;
 
-  /// \throw Error job_not_found for text that cannot be a job id
-  virtual std::filesystem::path upload_path(std::string_view id) const = 0;
-  virtual std::filesystem::path file_path(std::string_view id, std::string_view name) const = 0;
-  /// A new path on the same file system as the jobs' files, for uploads that are being received.
+  /// Opens a file of a job; null when there is none. \throw Error job_not_found for text that cannot be a job id or the
+  /// name of a file, store_unavailable, storage_full
+  virtual std::shared_ptr<const OpenFile> open(std::string_view id, std::string_view name) = 0;
+  /// Where the worker that holds a claim writes a file of the job, which becomes the job's by one of the calls of
+  /// JobQueue. The file system is this machine's.
+  virtual std::filesystem::path working_path(const Claim& claim, std::string_view name) const = 0;
+  /// A new path on the same file system, for uploads that are being received and files that are being made.
   virtual std::filesystem::path temporary_path() = 0;
   /// What the store knows of a complete file of a job.
   virtual std::optional<FileRecord> file_record(std::string_view id, std::string_view name) = 0;
-  /// Records a file made from a job's result, in place of an earlier record, and counts its bytes. Returns false when
-  /// there is no room or no such job.
-  virtual bool keep_file(std::string_view id, const FileRecord& record) = 0;
+  /// Takes over the file at the temporary_path() `made`, which was made from a job's result, in place of an earlier
+  /// one, and counts its bytes. Returns false, and leaves it, when there is no room or no such job.
+  virtual bool keep_file(std::string_view id, const FileRecord& record, const std::filesystem::path& made) = 0;
 };
 
 /// What has to be done now and then.
@@ -175,6 +184,11 @@ class Upkeep {
   virtual void clean_leftovers() = 0;
   /// Writes and syncs. Returns why the store cannot take jobs, for example a full disk; empty when it can.
   virtual std::string not_ready_reason() = 0;
+  /// Whether servers and workers on other machines may use the store, too.
+  virtual bool is_shared() const = 0;
+  /// The secret that signs links, the same for all who share the store: `fresh` when there was none. A store that is
+  /// not shared has none.
+  virtual std::string link_secret(const std::string& fresh) = 0;
 };
 
 /// Jobs and their files: the only channel between the HTTP side and the workers. Many threads and processes may use it
@@ -207,6 +221,13 @@ struct StoreOptions {
   bool recover = false;
   Orphans orphans = Orphans::kRefuse;
 };
+
+/// Whether a URL is one of PostgreSQL's: postgresql:// or postgres://.
+bool is_postgresql(std::string_view url);
+
+using StoreOpener = std::unique_ptr<Store> (*)(const StoreOptions&);
+/// Lets open_store() open stores in PostgreSQL. Only a program that links its client calls this, before anything else.
+void enable_postgresql(StoreOpener opener);
 
 /// Opens or creates a store. \throw Error store_unavailable
 std::unique_ptr<Store> open_store(const StoreOptions& options);

@@ -124,21 +124,18 @@ void JobRun::start() {
   run.set_progress_every_ms(static_cast<std::uint32_t>(options_.progress_every.count()));
   run.set_snapshot_every_ms(static_cast<std::uint32_t>(options_.snapshot_every.count()));
   run.set_checkpoint_every_ms(static_cast<std::uint32_t>(options_.checkpoint_every.count()));
-  std::vector<Descriptor> files;
-  if (!std::filesystem::exists(store_.upload_path(claim_.job_id))) {
-    throw crease::Error(code::kUploadDamaged, "the upload of the job has vanished");
-  }
-  files.push_back(open_to_read(store_.upload_path(claim_.job_id)));
-  if (const auto weights = path(file::kWeights); std::filesystem::exists(weights)) {
-    task.set_has_weights(true);
-    files.push_back(open_to_read(weights));
-  }
-  if (const auto checkpoint = path(file::kCheckpoint); std::filesystem::exists(checkpoint)) {
-    run.set_has_checkpoint(true);
-    files.push_back(open_to_read(checkpoint));
-  }
+  std::vector<std::shared_ptr<const OpenFile>> files;
+  const auto add = [&](std::string_view name) {
+    auto file = store_.open(claim_.job_id, name);
+    if (file == nullptr) return false;
+    files.push_back(std::move(file));
+    return true;
+  };
+  if (!add(file::kUpload)) throw crease::Error(code::kUploadDamaged, "the upload of the job has vanished");
+  task.set_has_weights(add(file::kWeights));
+  run.set_has_checkpoint(add(file::kCheckpoint));
   std::vector<int> numbers;
-  for (const Descriptor& file : files) numbers.push_back(file.get());
+  for (const auto& file : files) numbers.push_back(file->descriptor.get());
   sandbox_.start(task, numbers);
   for (const auto kind : {v1::RUN_FILE_RESULT, v1::RUN_FILE_REPORT}) offer(kind);
 }
@@ -228,6 +225,7 @@ void JobRun::complete(v1::RunFile kind) {
     target->commit(durability_of(kind));
     target.reset();
     if (kind == v1::RUN_FILE_CHECKPOINT) store_.note_checkpoint(claim_);
+    if (kind == v1::RUN_FILE_SNAPSHOT) store_.note_snapshot(claim_);
     if (is_passing(kind)) offer(kind);
   } catch (const crease::Error& error) {
     if (!is_passing(kind)) throw;

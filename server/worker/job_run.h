@@ -57,7 +57,7 @@ class JobRun {
   void end_lost(const Loss& loss);
   void log_end(bool accepted, std::string_view end) const;
 
-  std::filesystem::path path(std::string_view name) const { return store_.file_path(claim_.job_id, name); }
+  std::filesystem::path path(std::string_view name) const { return store_.working_path(claim_, name); }
   void remove_leftovers() const;
   void remove(std::string_view name) const;
 

@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "core/error.h"
+#include "proto/convert.h"
 #include "server/worker/job_run.h"
 #include "server/worker/sandbox.h"
 
@@ -85,16 +86,28 @@ bool is_gone(pid_t process) {
   return name_end != std::string::npos && line.substr(name_end + 2, 1) == "Z";
 }
 
-}  // namespace
-
-std::string worker_name(int process) {
-  std::string host(HOST_NAME_MAX + 1, '\0');
-  ::gethostname(host.data(), host.size() - 1);
-  return fmt::format("{}-{}", host.substr(0, host.find('\0')), process);
+/// What only processes that see each other's numbers have in common: the start of the system and the namespace.
+std::string place_of_processes() {
+  constexpr std::size_t kDigits = 8;
+  std::ifstream file("/proc/sys/kernel/random/boot_id");
+  std::string boot;
+  std::getline(file, boot);
+  std::error_code unknown;
+  const auto space = std::filesystem::read_symlink("/proc/self/ns/pid", unknown);
+  return crease::sha256_hex(boot + space.string()).substr(0, kDigits);
 }
 
-bool is_dead_worker(const std::string& name) {
-  const std::string of_host = worker_name(0).substr(0, worker_name(0).size() - 1);
+}  // namespace
+
+std::string worker_name(int process, bool shared) {
+  std::string host(HOST_NAME_MAX + 1, '\0');
+  ::gethostname(host.data(), host.size() - 1);
+  host.resize(host.find('\0'));
+  return shared ? fmt::format("{}-{}-{}", host, place_of_processes(), process) : fmt::format("{}-{}", host, process);
+}
+
+bool is_dead_worker(const std::string& name, bool shared) {
+  const std::string anyone = worker_name(0, shared), of_host = anyone.substr(0, anyone.size() - 1);
   int process = 0;
   const char* const end = name.data() + name.size();
   if (!name.starts_with(of_host)) return false;

@@ -24,11 +24,12 @@ struct WorkerOptions {
   crease::DecodeLimits limits;
 };
 
-/// The name of a worker process on this host.
-std::string worker_name(int process);
+/// The name of a worker process on this host. With `shared`, no other host or container has a worker of that name, even
+/// when it is called the same.
+std::string worker_name(int process, bool shared = false);
 
 /// Whether `name` belongs to a worker process on this host that has ended.
-bool is_dead_worker(const std::string& name);
+bool is_dead_worker(const std::string& name, bool shared = false);
 
 /// Claims jobs and runs them until `stop` is set, then returns its current job to the queue. Returns the exit code.
 int run_worker(Store& store, const WorkerOptions& options, const std::atomic<bool>& stop);

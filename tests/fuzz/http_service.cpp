@@ -147,7 +147,7 @@ class Service {
   }
 
   void write(std::string_view name, const google::protobuf::Message& message) {
-    std::ofstream file(store_->file_path(kFinishedJob, name), std::ios::binary);
+    std::ofstream file(folder_.path() / "data" / "jobs" / kFinishedJob / name, std::ios::binary);
     if (!message.SerializeToOstream(&file)) throw std::runtime_error("the finished job cannot be written");
   }
 

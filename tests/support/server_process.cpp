@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "tests/support/meshes.h"
+#include "tests/support/postgresql_server.h"
 
 namespace crease::test {
 
@@ -17,6 +18,9 @@ ServerProcess::ServerProcess(const std::vector<std::string>& flags) : data_dir_(
     data_dir_ = *(given + 1);
   } else {
     command.insert(command.end(), {"--data-dir", data_dir_.string()});
+  }
+  if (tests_on_postgresql() && std::ranges::find(flags, "--store") == flags.end()) {
+    command.insert(command.end(), {"--store", store_url(data_dir_)});
   }
   program_.emplace(command);
   eventually([&] { return std::filesystem::exists(port_file) || program_->ended(); });

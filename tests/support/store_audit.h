@@ -13,6 +13,10 @@ namespace crease::test {
 std::vector<std::string> faults_of_store(const std::filesystem::path& data_dir,
                                          const std::set<std::string>& acknowledged, bool at_rest = false);
 
+/// Likewise of a store in PostgreSQL.
+std::vector<std::string> faults_of_shared_store(const std::string& url, const std::set<std::string>& acknowledged,
+                                                bool at_rest = false);
+
 /// The processes of a server that run jobs. `kind` is "worker", "compute" (a worker's process that starts tasks) or
 /// "task".
 std::vector<int> processes_below(int server, const std::string& kind);

@@ -28,6 +28,7 @@ namespace v1 = crease::v1;
 using crease::test::eventually;
 using crease::test::fork_process;
 using crease::test::new_job;
+using crease::test::open_tested_store;
 using crease::test::read_file;
 using crease::test::wait_for_process;
 using testing::ElementsAre;
@@ -55,7 +56,7 @@ class StoreTest : public testing::Test {
     StoreOptions options;
     options.data_dir = folder_.path() / "data";
     options.max_queued = 50;
-    return open_store(options);
+    return open_tested_store(options);
   }
   Store& store() {
     if (!store_) store_ = open();
@@ -66,6 +67,14 @@ class StoreTest : public testing::Test {
     return store().submit(new_job(store(), fingerprint, "upload of " + fingerprint), created);
   }
   std::string state(const std::string& id) { return store().find(id).value().state(); }
+  /// The content of a file of a job; nullopt when there is none.
+  std::optional<std::string> content(const std::string& id, std::string_view name) {
+    const auto file = store().open(id, name);
+    if (file == nullptr) return std::nullopt;
+    return read_whole(file->descriptor.get(), name);
+  }
+  // Of the store in files.
+  fs::path file_path(const std::string& id, std::string_view name) const { return job_folder(id) / name; }
   fs::path job_folder(const std::string& id) const { return folder_.path() / "data" / "jobs" / id; }
   fs::path incoming() const { return folder_.path() / "data" / "incoming"; }
 

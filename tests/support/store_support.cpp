@@ -9,6 +9,8 @@
 
 #include "proto/convert.h"
 #include "proto/parameter_table.h"
+#include "server/postgresql/postgresql_store.h"
+#include "tests/support/postgresql_server.h"
 
 namespace crease::test {
 
@@ -41,6 +43,11 @@ int wait_for_process(pid_t process) {
   int status = 0;
   ::waitpid(process, &status, 0);
   return status;
+}
+
+std::unique_ptr<creased::Store> open_tested_store(creased::StoreOptions options) {
+  options.url = store_url(options.data_dir);
+  return tests_on_postgresql() ? creased::open_postgresql_store(options) : creased::open_store(options);
 }
 
 creased::NewJob new_job(creased::Store& store, const std::string& fingerprint, const std::string& upload,

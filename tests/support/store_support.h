@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "core/mesh/mesh.h"
@@ -17,6 +18,9 @@ std::string obj_text(const Mesh& mesh);
 pid_t fork_process(const std::function<int()>& work);
 /// Waits for a child of this process and returns its wait status.
 int wait_for_process(pid_t process);
+
+/// The store of these options, or in a database of their folder where the tests are on PostgreSQL.
+std::unique_ptr<creased::Store> open_tested_store(creased::StoreOptions options);
 
 /// A job with this upload, ready to submit.
 creased::NewJob new_job(creased::Store& store, const std::string& fingerprint, const std::string& upload,

@@ -52,7 +52,7 @@ class ResultFilesTest : public StoreTest {
   }
 
   void write(std::string_view name, const std::string& bytes) {
-    std::ofstream(store().file_path(kJob, name), std::ios::binary) << bytes;
+    std::ofstream(file_path(kJob, name), std::ios::binary) << bytes;
     records_.push_back({std::string(name), bytes.size(), crease::sha256_hex(bytes)});
   }
 
@@ -146,7 +146,7 @@ TEST_F(ResultFilesTest, AnEncodingStopsWhenAllHaveLeftAndNotBefore) {
 }
 
 TEST_F(ResultFilesTest, AResultOfAnotherSizeOrContentIsDamaged) {
-  std::ofstream(store().file_path(kJob, file::kResult), std::ios::app) << "x";
+  std::ofstream(file_path(kJob, file::kResult), std::ios::app) << "x";
   EXPECT_EQ(error_code([&] { bytes_of({v1::RESULT_PART_MESH, kGlb}); }), code::kResultDamaged);
   EXPECT_FALSE(bytes_of({v1::RESULT_PART_REPORT, kJsonFormat}).empty());
 }

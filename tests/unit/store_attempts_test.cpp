@@ -10,6 +10,10 @@ const Loss kOutOfTime{
 class AttemptsTest : public StoreTest {
  protected:
   Claim claim(const std::string& worker = "w") { return store().claim(worker, kLong).value(); }
+  void write_checkpoint(const Claim& claim) {
+    std::ofstream(store().working_path(claim, file::kCheckpoint)) << "state of attempt " << claim.attempt;
+    store().note_checkpoint(claim);
+  }
   v1::Job job(const std::string& id = "abc") { return store().find(id).value(); }
 };
 
@@ -49,7 +53,7 @@ TEST_F(AttemptsTest, AttemptsThatMakeProgressDoNotCount) {
   submit("abc");
   for (std::uint32_t attempt = 1; attempt <= 10; ++attempt) {
     const Claim held = claim();
-    store().note_checkpoint(held);
+    write_checkpoint(held);
     EXPECT_TRUE(store().lose(held, kCrash));
     EXPECT_EQ(state("abc"), "queued");
     EXPECT_EQ(job().attempt(), attempt);
@@ -74,7 +78,7 @@ TEST_F(AttemptsTest, AttemptsOverALimitCountInSpiteOfProgress) {
   submit("abc");
   for (int attempt = 1; attempt <= 3; ++attempt) {
     const Claim held = claim();
-    store().note_checkpoint(held);
+    write_checkpoint(held);
     EXPECT_TRUE(store().lose(held, kOutOfTime));
   }
   EXPECT_EQ(job().state(), "failed");

@@ -4,11 +4,12 @@
 namespace creased::test {
 namespace {
 
-TEST_F(StoreTest, NoIdLeavesTheDataDirectory) {
+class DataFolderTest : public StoreTest {};
+
+TEST_F(DataFolderTest, NoIdLeavesTheDataDirectory) {
   for (const std::string id : {"", ".", "..", "../abc", "a/b", "/etc", "ABC", "a b", "g", "a\n", "abc.."}) {
     EXPECT_FALSE(JobFiles::valid_id(id)) << id;
-    EXPECT_EQ(error_code([&] { store().upload_path(id); }), code::kJobNotFound) << id;
-    EXPECT_EQ(error_code([&] { store().file_path(id, file::kResult); }), code::kJobNotFound) << id;
+    EXPECT_EQ(error_code([&] { store().open(id, file::kResult); }), code::kJobNotFound) << id;
     EXPECT_FALSE(store().find(id)) << id;
     EXPECT_FALSE(store().remove(id)) << id;
     EXPECT_FALSE(store().cancel(id)) << id;
@@ -16,12 +17,12 @@ TEST_F(StoreTest, NoIdLeavesTheDataDirectory) {
   EXPECT_FALSE(JobFiles::valid_id(std::string(65, 'a')));
   EXPECT_FALSE(JobFiles::valid_id(std::string("a\0b", 3)));
   for (const char* name : {"", "..", ".hidden", "a/b", "../result.pb"}) {
-    EXPECT_EQ(error_code([&] { store().file_path("abc", name); }), code::kJobNotFound) << name;
+    EXPECT_EQ(error_code([&] { store().open("abc", name); }), code::kJobNotFound) << name;
   }
-  EXPECT_EQ(store().file_path("0af-1", "result.pb"), job_folder("0af-1") / "result.pb");
+  EXPECT_EQ(store().working_path({"0af-1", "w", 1}, "result.pb"), job_folder("0af-1") / "result.pb");
 }
 
-TEST_F(StoreTest, AJobSurvivesAKillRightAfterSubmission) {
+TEST_F(DataFolderTest, AJobSurvivesAKillRightAfterSubmission) {
   const pid_t process = fork_process([this] {
     submit("abc");
     ::kill(::getpid(), SIGKILL);
@@ -30,11 +31,11 @@ TEST_F(StoreTest, AJobSurvivesAKillRightAfterSubmission) {
   const int status = wait_for_process(process);
   ASSERT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL);
   EXPECT_EQ(state("abc"), "queued");
-  EXPECT_EQ(read_file(store().upload_path("abc")), "upload of abc");
+  EXPECT_EQ(read_file(file_path("abc", file::kUpload)), "upload of abc");
   EXPECT_EQ(store().claim("w", kLong).value().job_id, "abc");
 }
 
-TEST_F(StoreTest, AnUnusableDataDirectoryIsAnErrorWithItsReason) {
+TEST_F(DataFolderTest, AnUnusableDataDirectoryIsAnErrorWithItsReason) {
   std::ofstream(folder_.path() / "file") << "no folder";
   try {
     open_store({.data_dir = folder_.path() / "file" / "data"});
@@ -45,7 +46,7 @@ TEST_F(StoreTest, AnUnusableDataDirectoryIsAnErrorWithItsReason) {
   }
 }
 
-TEST_F(StoreTest, AStoreThatCannotWriteIsNotReady) {
+TEST_F(DataFolderTest, AStoreThatCannotWriteIsNotReady) {
   EXPECT_THAT(store().not_ready_reason(), IsEmpty());
   store_.reset();
   const pid_t process = fork_process([this] {
@@ -63,7 +64,7 @@ TEST_F(StoreTest, AStoreThatCannotWriteIsNotReady) {
   EXPECT_FALSE(fs::exists(job_folder("abc")));
 }
 
-TEST_F(StoreTest, UnknownStoresAreRefused) {
+TEST_F(DataFolderTest, UnknownStoresAreRefused) {
   const auto refusal = [&](const std::string& url) {
     try {
       open_store({.url = url, .data_dir = folder_.path()});
@@ -72,11 +73,11 @@ TEST_F(StoreTest, UnknownStoresAreRefused) {
     }
     return std::string();
   };
-  EXPECT_THAT(refusal("postgresql://localhost/creased"), HasSubstr("store_unavailable: this build"));
+  EXPECT_THAT(refusal("postgresql://localhost/creased"), HasSubstr("store_unavailable: this program"));
   EXPECT_THAT(refusal("mysql://localhost"), HasSubstr("store_unavailable: unknown store 'mysql://localhost'"));
 }
 
-TEST_F(StoreTest, ADatabaseOfALaterVersionIsNotChanged) {
+TEST_F(DataFolderTest, ADatabaseOfALaterVersionIsNotChanged) {
   submit("abc");
   store_.reset();
   const fs::path path = folder_.path() / "data" / "creased.db";
@@ -88,7 +89,7 @@ TEST_F(StoreTest, ADatabaseOfALaterVersionIsNotChanged) {
   EXPECT_EQ(state("abc"), "queued");
 }
 
-TEST_F(StoreTest, OldLeftoversOfKilledProcessesAreRemoved) {
+TEST_F(DataFolderTest, OldLeftoversOfKilledProcessesAreRemoved) {
   submit("abc");
   const fs::path old_upload = store().temporary_path(), new_upload = store().temporary_path();
   for (const fs::path& path : {old_upload, new_upload}) std::ofstream(path) << "half an upl";
@@ -100,10 +101,10 @@ TEST_F(StoreTest, OldLeftoversOfKilledProcessesAreRemoved) {
   EXPECT_TRUE(fs::exists(new_upload));
   EXPECT_FALSE(fs::exists(job_folder("dead")));
   EXPECT_TRUE(fs::exists(job_folder("beef")));
-  EXPECT_EQ(read_file(store().upload_path("abc")), "upload of abc");
+  EXPECT_EQ(read_file(file_path("abc", file::kUpload)), "upload of abc");
 }
 
-TEST_F(StoreTest, ManyThreadsShareAFewConnections) {
+TEST_F(DataFolderTest, ManyThreadsShareAFewConnections) {
   constexpr int kThreads = 100, kCalls = 20;
   submit("abc");
   std::atomic<int> found{0};

@@ -99,13 +99,13 @@ TEST_F(StoreFaultsTest, AnAdoptedJobKeepsItsResultOnlyIfThatIsAsItWasWritten) {
     std::vector<FileRecord> files;
     for (const auto& [name, bytes] : {std::pair{file::kResult, std::string("result of ") + id},
                                       std::pair{file::kReport, report.SerializeAsString()}}) {
-      std::ofstream(store().file_path(id, name)) << bytes;
+      std::ofstream(file_path(id, name)) << bytes;
       files.push_back({std::string(name), bytes.size(), crease::sha256_hex(bytes)});
     }
     ASSERT_TRUE(store().succeed(claim, {}, {}, files));
   }
-  fs::resize_file(store().file_path("bbb", file::kResult), 5);
-  std::ofstream(store().file_path("ccc", file::kResult)) << "RESULT OF ccc";
+  fs::resize_file(file_path("bbb", file::kResult), 5);
+  std::ofstream(file_path("ccc", file::kResult)) << "RESULT OF ccc";
   store_.reset();
   fs::remove(database());
   store_ = recovered(Orphans::kAdopt);

@@ -22,11 +22,17 @@ class KeepingTest : public StoreTest {
   void succeed(const std::string& id) {
     const Claim claim = store().claim("w", kLong).value();
     ASSERT_EQ(claim.job_id, id);
-    std::ofstream(store().file_path(id, file::kResult)) << std::string(kMiB, 'r');
-    ASSERT_TRUE(store().succeed(claim, {}, {}));
+    std::ofstream(store().working_path(claim, file::kResult)) << std::string(kMiB, 'r');
+    ASSERT_TRUE(store().succeed(claim, {}, {}, {{std::string(file::kResult), kMiB, "hash"}}));
+  }
+  /// Keeps a file made from the result of a job.
+  bool keep(const std::string& id, const FileRecord& record) {
+    const auto made = store().temporary_path();
+    std::ofstream(made) << std::string(record.bytes, 'm');
+    return store().keep_file(id, record, made);
   }
   std::unique_ptr<Store> with_quota(std::uint64_t bytes) const {
-    return open_store({.data_dir = folder_.path() / "data", .quota_bytes = bytes});
+    return open_tested_store({.data_dir = folder_.path() / "data", .quota_bytes = bytes});
   }
   std::int64_t used(const std::string& owner) const {
     SQLite::Database database((folder_.path() / "data" / "creased.db").string());
@@ -42,6 +48,9 @@ class KeepingTest : public StoreTest {
   }
 };
 
+/// What is so of a store in files only.
+class DatabaseFileTest : public KeepingTest {};
+
 TEST_F(KeepingTest, AnEndedJobExpiresAfterItsRetentionTimeAndLeavesNothing) {
   add(request("aaa", "", 0));
   add(request("bbb", "", 24));
@@ -52,9 +61,9 @@ TEST_F(KeepingTest, AnEndedJobExpiresAfterItsRetentionTimeAndLeavesNothing) {
   EXPECT_EQ(store().find("aaa").value().expires_at(), store().find("aaa").value().finished_at());
   EXPECT_THAT(store().remove_expired(), ElementsAre("aaa"));
   EXPECT_FALSE(store().find("aaa"));
-  EXPECT_FALSE(fs::exists(job_folder("aaa")));
+  EXPECT_EQ(content("aaa", file::kResult), std::nullopt);
   EXPECT_TRUE(fs::is_empty(incoming()));
-  EXPECT_TRUE(fs::exists(job_folder("bbb")));
+  EXPECT_EQ(content("bbb", file::kResult).value().size(), kMiB);
   EXPECT_GT(store().find("bbb").value().expires_at(), store().find("bbb").value().finished_at());
 }
 
@@ -87,7 +96,7 @@ TEST_F(KeepingTest, TheHousekeeperRemovesAndReports) {
   EXPECT_FALSE(store().find("aaa"));
 }
 
-TEST_F(KeepingTest, AnInterruptedRemovalIsFinishedByTheNextProcess) {
+TEST_F(DatabaseFileTest, AnInterruptedRemovalIsFinishedByTheNextProcess) {
   add(request("aaa"));
   store_.reset();
   {
@@ -101,7 +110,7 @@ TEST_F(KeepingTest, AnInterruptedRemovalIsFinishedByTheNextProcess) {
   EXPECT_TRUE(fs::is_empty(incoming()));
 }
 
-TEST_F(KeepingTest, RemovedDataIsErasedFromTheDatabaseFile) {
+TEST_F(DatabaseFileTest, RemovedDataIsErasedFromTheDatabaseFile) {
   NewJob secret = request("aaa");
   secret.input.set_name("a-very-secret-part.obj");
   add(secret);
@@ -121,33 +130,31 @@ TEST_F(KeepingTest, JobsOverTheQuotaAreRefusedAndRemovalFreesSpace) {
   }
   EXPECT_EQ(refusal, code::kQuotaExceeded);
   EXPECT_GT(ids.size(), 1U);
-  EXPECT_EQ(std::distance(fs::directory_iterator(job_folder("abc").parent_path()), {}),
-            static_cast<std::ptrdiff_t>(ids.size()))
-      << "a refused submission leaves nothing";
+  EXPECT_EQ(bounded->list("", 1000, "").jobs.size(), ids.size()) << "a refused submission leaves nothing";
   EXPECT_TRUE(fs::is_empty(incoming()));
   EXPECT_TRUE(bounded->remove(ids.back()));
   EXPECT_EQ(error_code([&] { bounded->submit(new_job(*bounded, "abc", "upload"), created); }), std::nullopt);
 }
 
-TEST_F(KeepingTest, TheBytesOfAJobAreCounted) {
+TEST_F(DatabaseFileTest, TheBytesOfAJobAreCounted) {
   add(request("aaa", "anna"));
   EXPECT_GT(used("anna"), 0);
   succeed("aaa");
   const auto kept = static_cast<std::int64_t>(kMiB + std::string("upload of aaa").size() +
-                                              fs::file_size(store().file_path("aaa", file::kAccepted)));
+                                              fs::file_size(file_path("aaa", file::kAccepted)));
   EXPECT_EQ(used("anna"), kept);
-  EXPECT_TRUE(store().keep_file("aaa", {"mesh.ply", 1000, "hash"}));
-  EXPECT_TRUE(store().keep_file("aaa", {"mesh.ply", 1000, "of the same file again"}));
+  EXPECT_TRUE(keep("aaa", {"mesh.ply", 1000, "hash"}));
+  EXPECT_TRUE(keep("aaa", {"mesh.ply", 1000, "of the same file again"}));
   EXPECT_EQ(used("anna"), kept + 1000);
-  EXPECT_FALSE(store().keep_file("bbb", {"mesh.ply", 1000, "hash"})) << "no such job";
+  EXPECT_FALSE(keep("bbb", {"mesh.ply", 1000, "hash"})) << "no such job";
   EXPECT_EQ(store().file_record("aaa", "mesh.ply").value().sha256, "of the same file again");
   store().remove("aaa");
   EXPECT_EQ(used("anna"), 0);
   store_ = with_quota(2 * kMiB);
   add(request("ccc"));
   succeed("ccc");
-  EXPECT_FALSE(store().keep_file("ccc", {"mesh.ply", 2 * kMiB, "hash"}));
-  EXPECT_TRUE(store().keep_file("ccc", {"mesh.ply", kMiB / 2, "hash"}));
+  EXPECT_FALSE(keep("ccc", {"mesh.ply", 2 * kMiB, "hash"}));
+  EXPECT_TRUE(keep("ccc", {"mesh.ply", kMiB / 2, "hash"}));
 }
 
 TEST_F(KeepingTest, OwnersSeeOnlyTheirOwnJobs) {
@@ -217,7 +224,7 @@ constexpr const char* kFirstSchema = R"sql(
   PRAGMA user_version = 1;
 )sql";
 
-TEST_F(KeepingTest, ADatabaseOfTheFirstVersionIsMigrated) {
+TEST_F(DatabaseFileTest, ADatabaseOfTheFirstVersionIsMigrated) {
   fs::create_directories(folder_.path() / "data");
   SQLite::Database((folder_.path() / "data" / "creased.db").string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
       .exec(kFirstSchema);

@@ -20,7 +20,7 @@ TEST_F(RemovalTest, ConcurrentRemovalsDoNotConflict) {
     for (int i = 0; i < kJobs; ++i) {
       const auto code = error_code([&] {
         const std::string id = submit(fmt::format("{:020x}", thread * kJobs + i)).id();
-        std::ofstream(store().file_path(id, file::kReport)) << "report";
+        std::ofstream(file_path(id, file::kReport)) << "report";
         store().remove(id);
       });
       const std::lock_guard lock(mutex);
@@ -42,7 +42,7 @@ TEST_F(RemovalTest, AnIdWhoseRemovalIsNotFinishedIsNotTaken) {
   const std::string id = submit(kId).id();
   EXPECT_NE(id, kId);
   store().remove_expired();
-  EXPECT_TRUE(fs::exists(store().upload_path(id)));
+  EXPECT_TRUE(fs::exists(file_path(id, file::kUpload)));
   EXPECT_EQ(submit(kId).id(), kId) << "the removal is finished";
 }
 
@@ -61,7 +61,7 @@ TEST_F(RemovalTest, AnIdThatIsTakenAgainAtOnceKeepsItsFiles) {
     EXPECT_TRUE(store().remove(id));
     const std::string again = submit(kId).id();
     store().remove_expired();
-    EXPECT_TRUE(fs::exists(store().upload_path(again))) << again << ", time " << i;
+    EXPECT_TRUE(fs::exists(file_path(again, file::kUpload))) << again << ", time " << i;
     store().remove(again);
   }
 }

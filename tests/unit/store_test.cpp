@@ -21,7 +21,7 @@ TEST_F(StoreTest, ASubmittedJobIsReturnedComplete) {
   EXPECT_EQ(job.warnings(0).code(), "polygons_triangulated");
   EXPECT_EQ(store().find(job.id()).value().SerializeAsString(), job.SerializeAsString());
   EXPECT_FALSE(fs::exists(request.upload));
-  EXPECT_EQ(read_file(store().upload_path(job.id())), "bytes");
+  EXPECT_EQ(content(job.id(), file::kUpload), "bytes");
 }
 
 TEST_F(StoreTest, WeightsAreStoredWithTheUpload) {
@@ -35,12 +35,12 @@ TEST_F(StoreTest, WeightsAreStoredWithTheUpload) {
   bool created = false;
   const NewJob request = weighted("key"), retry = weighted("key");
   const std::string id = store().submit(request, created).id();
-  EXPECT_EQ(read_file(store().file_path(id, file::kWeights)), "[1, 2]");
+  EXPECT_EQ(content(id, file::kWeights), "[1, 2]");
   store().submit(retry, created);
   EXPECT_FALSE(created);
   EXPECT_TRUE(fs::is_empty(incoming()));
   EXPECT_TRUE(store().remove(id));
-  EXPECT_FALSE(fs::exists(job_folder(id)));
+  EXPECT_EQ(content(id, file::kWeights), std::nullopt);
 }
 
 TEST_F(StoreTest, ATakenFingerprintGetsASuffix) {
@@ -92,7 +92,7 @@ TEST_F(StoreTest, ConcurrentSubmissionsWithOneKeyMakeOneJob) {
   }
   EXPECT_EQ(ids.size(), 1U);
   EXPECT_EQ(times_created, 1);
-  EXPECT_EQ(std::distance(fs::directory_iterator(job_folder("abc").parent_path()), {}), 1);
+  EXPECT_EQ(store().list("", 10, "").jobs.size(), 1U);
   EXPECT_TRUE(fs::is_empty(incoming()));
 }
 
@@ -252,15 +252,15 @@ TEST_F(StoreTest, ACancelledJobNeverRunsAgain) {
 TEST_F(StoreTest, RemovalLeavesNothingAndTheWorkerCannotRestoreIt) {
   submit("abc");
   const Claim claim = store().claim("w", kLong).value();
-  std::ofstream open_file(store().file_path("abc", file::kSnapshot));
+  std::ofstream open_file(store().working_path(claim, file::kSnapshot));
+  store().note_snapshot(claim);
   EXPECT_TRUE(store().remove("abc"));
   EXPECT_FALSE(store().find("abc"));
   EXPECT_EQ(store().version_of("abc"), 0U);
   EXPECT_EQ(store().check(claim), Hold::kLost);
   EXPECT_FALSE(store().succeed(claim, {}, {}));
-  EXPECT_FALSE(fs::exists(job_folder("abc")));
   EXPECT_TRUE(fs::is_empty(incoming()));
-  EXPECT_FALSE(std::ofstream(store().file_path("abc", file::kResult)).is_open());
+  EXPECT_EQ(content("abc", file::kUpload), std::nullopt);
   EXPECT_FALSE(store().remove("abc"));
   EXPECT_EQ(submit("abc").id(), "abc");
   EXPECT_EQ(store().check(claim), Hold::kLost) << "the new job with that id is a different job";

@@ -96,7 +96,7 @@ class WorkerTest : public testing::Test {
   bool is_sweeping(const std::string& id) {
     return eventually([&] { return job(id).progress().sweep() > 0; });
   }
-  fs::path file_of(const std::string& id, std::string_view name) { return store().file_path(id, name); }
+  fs::path file_of(const std::string& id, std::string_view name) { return folder_.path() / "jobs" / id / name; }
 
   const crease::test::TemporaryFolder folder_;
   std::unique_ptr<Store> store_;

@@ -1,0 +1,173 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "server/base/failure.h"
+#include "server/postgresql/job_rows.h"
+#include "server/postgresql/postgresql_store.h"
+
+namespace creased {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kMostBetweenExpiries{60'000}, kBetweenProbes{10'000}, kBetweenPulses{4'000};
+constexpr std::chrono::hours kOldLeftover{1};
+constexpr std::int64_t kForgetWorkerMs = 3'600'000;
+
+}  // namespace
+
+void PostgresqlStore::note_failure() {
+  suspect_ = true;
+  leases_.distrust();
+}
+
+bool PostgresqlStore::remove(std::string_view id, const Owner& owner) {
+  const bool removed = guarded([&] {
+    Transaction transaction(sessions_);
+    const auto rows = transaction.run(
+        "SELECT state FROM jobs WHERE id = $1 AND ($2::text IS NULL OR owner = $2) FOR UPDATE", id, owner);
+    if (rows.empty()) return false;
+    const std::int64_t version = count_change(transaction);
+    transaction.run("DELETE FROM jobs WHERE id = $1", id);
+    if (rows[0][0].as<std::string>() == name_of(JobState::kRunning)) tell(transaction, Channel::kHolds);
+    commit(transaction, version);
+    return true;
+  });
+  if (!removed) return false;
+  discard_removed();
+  spdlog::info("job {} removed", id);
+  return true;
+}
+
+/// Deletes the contents of removed and replaced files, a few in each transaction. Any process finishes what another has
+/// left.
+void PostgresqlStore::discard_removed() {
+  guarded([&] {
+    for (;;) {
+      Transaction transaction(sessions_);
+      transaction.relax();
+      const auto gone =
+          transaction
+              .run(
+                  "WITH gone AS (DELETE FROM removed WHERE blob IN"
+                  " (SELECT blob FROM removed ORDER BY blob LIMIT 20 FOR UPDATE SKIP LOCKED) RETURNING blob),"
+                  " deleted AS (DELETE FROM chunks USING gone WHERE chunks.blob = gone.blob)"
+                  " SELECT count(*) FROM gone")[0][0]
+              .as<std::int64_t>();
+      if (gone == 0) return;
+      transaction.commit();
+    }
+  });
+}
+
+std::vector<std::string> PostgresqlStore::remove_expired() {
+  const auto signals = listener_.signals(Channel::kChanges);
+  {
+    const std::lock_guard lock(mutex_);
+    if (signals == heard_of_ends_ && Clock::now() < look_for_expired_at_) return {};
+    heard_of_ends_ = signals;
+  }
+  std::vector<std::string> ids = guarded([&] {
+    std::vector<std::string> expired;
+    Transaction transaction(sessions_);
+    const auto rows = transaction.run(
+        "SELECT id FROM jobs WHERE expires <= (SELECT now_ms()) ORDER BY seq LIMIT 1000 FOR UPDATE SKIP LOCKED");
+    if (!rows.empty()) {
+      const std::int64_t version = count_change(transaction);
+      for (const auto& row : rows) {
+        expired.push_back(row[0].as<std::string>());
+        transaction.run("DELETE FROM jobs WHERE id = $1", expired.back());
+      }
+      commit(transaction, version);
+      return expired;
+    }
+    const auto next = transaction.run("SELECT min(expires) - now_ms() FROM jobs")[0][0];
+    const std::int64_t due = next.is_null() ? kMostBetweenExpiries.count() : next.as<std::int64_t>();
+    const std::lock_guard lock(mutex_);
+    look_for_expired_at_ = Clock::now() + milliseconds(std::clamp<std::int64_t>(due, 0, kMostBetweenExpiries.count()));
+    return expired;
+  });
+  for (const std::string& id : ids) spdlog::info("job {} removed: its retention time was over", id);
+  discard_removed();
+  return ids;
+}
+
+void PostgresqlStore::clean_leftovers() { files_.clean_leftovers({}, kOldLeftover); }
+
+/// Writes and syncs a file of this machine and a row. Returns why that failed; empty when both are sound.
+std::string PostgresqlStore::write_fault() {
+  try {
+    files_.probe();
+    with_postgresql_errors([&] {
+      Transaction transaction(sessions_);
+      transaction.run("UPDATE change_counter SET version = version");
+      transaction.commit();
+    });
+    suspect_ = false;
+    const auto room = files_.room();
+    if (room.free < room.reserve()) return fmt::format("only {} of disk space are left", megabytes(room.free));
+    if (options_.quota_bytes == 0) return {};
+    return with_postgresql_errors([&] {
+      Transaction transaction(sessions_);
+      const bool used_up = usage_in(transaction, std::nullopt).bytes >= options_.quota_bytes;
+      return used_up ? fmt::format("the quota of {} is used up", megabytes(options_.quota_bytes)) : std::string();
+    });
+  } catch (const crease::Error& error) {
+    note_failure();
+    return error.detail();
+  }
+}
+
+std::string PostgresqlStore::not_ready_reason() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!suspect_ && fault_.empty() && Clock::now() < look_for_faults_at_) return {};
+  }
+  const std::string fault = write_fault();
+  const std::lock_guard lock(mutex_);
+  fault_ = fault;
+  look_for_faults_at_ = Clock::now() + kBetweenProbes;
+  return fault;
+}
+
+void PostgresqlStore::note_worker(std::string_view name, std::string_view problem) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (problem == last_problem_ && Clock::now() < next_pulse_) return;
+    last_problem_ = problem;
+    next_pulse_ = Clock::now() + kBetweenPulses;
+  }
+  guarded([&] {
+    Transaction transaction(sessions_);
+    transaction.relax();
+    transaction.run(
+        "INSERT INTO workers VALUES ($1, now_ms(), $2)"
+        " ON CONFLICT (name) DO UPDATE SET seen = excluded.seen, problem = excluded.problem",
+        name, problem);
+    transaction.run("DELETE FROM workers WHERE seen < now_ms() - $1", kForgetWorkerMs);
+    transaction.commit();
+  });
+}
+
+std::vector<WorkerHealth> PostgresqlStore::workers() {
+  return guarded([&] {
+    std::vector<WorkerHealth> all;
+    Transaction transaction(sessions_);
+    for (const auto& row : transaction.run("SELECT name, greatest(now_ms() - seen, 0), problem FROM workers")) {
+      all.push_back({row[0].as<std::string>(), milliseconds(row[1].as<std::int64_t>()), row[2].as<std::string>()});
+    }
+    return all;
+  });
+}
+
+std::string PostgresqlStore::link_secret(const std::string& fresh) {
+  return guarded([&] {
+    Transaction transaction(sessions_);
+    transaction.run("INSERT INTO secrets VALUES ('links', $1) ON CONFLICT (name) DO NOTHING", fresh);
+    const auto secret = transaction.run("SELECT value FROM secrets WHERE name = 'links'")[0][0].as<std::string>();
+    transaction.commit();
+    return secret;
+  });
+}
+
+}  // namespace creased

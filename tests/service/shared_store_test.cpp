@@ -1,0 +1,159 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <csignal>
+#include <map>
+#include <memory>
+#include <random>
+#include <set>
+
+#include "core/measure/noise.h"
+#include "tests/service/service_fixture.h"
+#include "tests/support/postgresql_server.h"
+#include "tests/support/store_audit.h"
+
+namespace crease::test {
+namespace {
+
+using testing::IsEmpty;
+
+std::string id_of_job(const nlohmann::json& job) { return job["id"].get<std::string>(); }
+
+/// Servers and workers, each on a data folder of its own as on a machine of its own, that share a database.
+class SharedStore : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() { postgresql_ = std::make_unique<PostgresqlServer>(); }
+  static void TearDownTestSuite() { postgresql_.reset(); }
+  static PostgresqlServer& postgresql() { return *postgresql_; }
+
+  std::unique_ptr<ServerProcess> new_server() const {
+    return std::make_unique<ServerProcess>(
+        std::vector<std::string>{"--store", url_, "--workers", "0", "--max-connections", "32", "--max-streams", "8"});
+  }
+  std::unique_ptr<Program> new_worker() {
+    const auto folder = folder_.path() / fmt::format("worker{}", ++workers_made_);
+    return std::make_unique<Program>(std::vector<std::string>{CREASED_BIN, "worker", "--store", url_, "--data-dir",
+                                                              folder, "--lease", "2", "--checkpoint-every", "0.05"});
+  }
+  static std::string mesh_of(const ServerProcess& server, const std::string& id) {
+    return server.get("/v1/jobs/" + id + "/mesh?format=ply").body;
+  }
+  static nlohmann::json job_at(const ServerProcess& server, const std::string& id) {
+    return server.get("/v1/jobs/" + id).json();
+  }
+  /// Waits for the end of a job, while the store may be away now and then.
+  static nlohmann::json ended(const ServerProcess& server, const std::string& id) {
+    nlohmann::json job;
+    EXPECT_TRUE(eventually([&] {
+      job = job_at(server, id);
+      return job.contains("state") && job["state"] != "queued" && job["state"] != "running";
+    })) << id;
+    return job;
+  }
+
+  const std::string url_ = postgresql().create_database();
+  const TemporaryFolder folder_;
+
+ private:
+  static inline std::unique_ptr<PostgresqlServer> postgresql_;
+  int workers_made_ = 0;
+};
+
+TEST_F(SharedStore, AJobOfOneServerIsSeenWholeOnTheOther) {
+  const auto one = new_server(), other = new_server();
+  const auto worker = new_worker();
+  const std::string id = id_of_job(one->submit(small_obj(), kQuick));
+  EXPECT_EQ(other->wait_for_end(id)["state"], "succeeded") << "its events are told on the other server";
+  EXPECT_EQ(job_at(*one, id), job_at(*other, id));
+  EXPECT_EQ(mesh_of(*one, id), mesh_of(*other, id));
+  EXPECT_FALSE(mesh_of(*one, id).empty());
+  const auto link = exchange(one->port(), "POST", "/v1/jobs/" + id + "/links?result=report").json();
+  EXPECT_EQ(other->get(link["url"].get<std::string>()).status, 200) << "links are good on every server";
+  EXPECT_EQ(exchange(other->port(), "DELETE", "/v1/jobs/" + id).status, 204);
+  EXPECT_EQ(one->get("/v1/jobs/" + id).code(), "job_not_found");
+  EXPECT_THAT(faults_of_shared_store(url_, {}, true), IsEmpty());
+}
+
+TEST_F(SharedStore, AJobIsCancelledThroughAnyServer) {
+  const auto one = new_server(), other = new_server();
+  const auto worker = new_worker();
+  const std::string id = id_of_job(one->submit(obj_text(cube(14)), kLong));
+  one->wait_for_state(id, "running");
+  EXPECT_EQ(exchange(other->port(), "POST", "/v1/jobs/" + id + "/cancel").status, 202);
+  EXPECT_EQ(one->wait_for_end(id)["state"], "cancelled");
+}
+
+// Kills each kind of process, all workers at once, and the database itself, while jobs run.
+TEST_F(SharedStore, NothingAcknowledgedIsLostWhateverIsKilled) {
+  const std::string part = obj_text(add_noise(cube(10), 0.2, 1, NoiseKind::kNormal));
+  const std::vector<std::string> runs = {"sweeps=300&threads=1", "sweeps=200&process=vertex", "sweeps=150"};
+  std::vector<std::string> expected;
+  {
+    const ServerProcess alone({"--store", "sqlite", "--workers", "1"});
+    for (const auto& run : runs) {
+      const std::string id = id_of_job(alone.submit(part, run));
+      EXPECT_EQ(alone.wait_for_end(id)["state"], "succeeded");
+      expected.push_back(mesh_of(alone, id));
+    }
+  }
+  std::array<std::unique_ptr<ServerProcess>, 2> servers = {new_server(), new_server()};
+  std::array<std::unique_ptr<Program>, 4> workers;
+  for (auto& worker : workers) worker = new_worker();
+  std::map<std::string, std::size_t> run_of;
+  std::set<std::string> acknowledged;
+  std::mt19937 random(std::random_device{}());
+  const auto submit_all = [&] {
+    for (std::size_t run = 0; run < runs.size(); ++run) {
+      const std::string id = id_of_job(servers.at(random() % 2)->submit(part, runs[run]));
+      run_of[id] = run;
+      acknowledged.insert(id);
+    }
+  };
+  const auto some_job_runs = [&] {
+    return eventually([&] {
+      const auto running = servers[0]->get("/v1/jobs?state=running");
+      return running.status == 200 && !running.json()["jobs"].empty();
+    });
+  };
+  for (const std::string victim : {"worker", "server", "database", "all workers", "worker", "database", "server"}) {
+    submit_all();
+    ASSERT_TRUE(some_job_runs());
+    if (victim == "worker" || victim == "all workers") {
+      const std::size_t count = victim == "worker" ? 1 : workers.size();
+      for (std::size_t i = 0; i < count; ++i) {
+        workers.at(i)->signal(SIGKILL);
+        workers.at(i) = new_worker();
+      }
+    } else if (victim == "server") {
+      auto& server = servers.at(random() % 2);
+      server->signal(SIGKILL);
+      server->wait();
+      server = new_server();
+    } else {
+      postgresql().stop();
+      postgresql().start();
+      for (const auto& server : servers) {
+        EXPECT_TRUE(eventually([&] { return server->get("/readyz").status == 200; })) << "it finds the database again";
+      }
+    }
+    EXPECT_THAT(faults_of_shared_store(url_, acknowledged), IsEmpty()) << victim;
+  }
+  for (const auto& [id, run] : run_of) {
+    const auto job = ended(*servers[0], id);
+    EXPECT_EQ(job["state"], "succeeded") << job;
+    EXPECT_TRUE(mesh_of(*servers[1], id) == expected[run]) << runs[run] << " after " << job["attempt"];
+  }
+  EXPECT_THAT(faults_of_shared_store(url_, acknowledged), IsEmpty());
+}
+
+TEST_F(SharedStore, AServerThatFindsNoDatabaseSaysSo) {
+  const auto refused = run_program({CREASED_BIN, "serve", "--port", "0", "--data-dir", folder_.path() / "data",
+                                    "--store", "postgresql://nobody:secret@/creased?host=/nowhere"});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.errors, testing::HasSubstr("cannot start: the database cannot be reached"));
+  EXPECT_THAT(refused.errors, testing::Not(testing::HasSubstr("secret")));
+}
+
+}  // namespace
+}  // namespace crease::test
