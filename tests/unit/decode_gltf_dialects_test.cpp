@@ -79,9 +79,9 @@ TEST(DecodeGltf, QuantisedPositionsAreRead) {
 
 TEST(DecodeGltf, RequiredExtensionsThatMoveNoVertexAreAccepted) {
   GltfSample sample = gltf_sample(sample_mesh());
-  for (const std::string name : {"MSFT_texture_dds", "KHR_materials_unlit", "EXT_texture_webp", "KHR_lights_punctual",
-                                 "KHR_animation_pointer", "KHR_xmp_json_ld", "EXT_structural_metadata",
-                                 "VRMC_vrm", "VRM", "KHR_environment_map", "EXT_mesh_manifold"}) {
+  for (const std::string name :
+       {"MSFT_texture_dds", "KHR_materials_unlit", "EXT_texture_webp", "KHR_lights_punctual", "KHR_animation_pointer",
+        "KHR_xmp_json_ld", "EXT_structural_metadata", "VRMC_vrm", "VRM", "KHR_environment_map", "EXT_mesh_manifold"}) {
     sample.json["extensionsRequired"] = {name};
     EXPECT_EQ(glb_mesh(sample).triangles, sample_mesh().triangles) << name;
   }
