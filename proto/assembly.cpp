@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "core/io/dropped_attributes.h"
 #include "proto/convert.h"
 #include "proto/parameter_table.h"
 #include "proto/result_formats.h"

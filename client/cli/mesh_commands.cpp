@@ -6,6 +6,7 @@
 #include "client/cli/failure.h"
 #include "client/cli/files.h"
 #include "core/io/decode.h"
+#include "core/io/dropped_attributes.h"
 #include "core/io/formats.h"
 #include "core/measure/measure.h"
 #include "core/measure/noise.h"

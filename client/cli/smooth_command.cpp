@@ -11,6 +11,7 @@
 #include "client/cli/progress_bar.h"
 #include "client/cli/service_client.h"
 #include "client/cli/style_options.h"
+#include "core/io/dropped_attributes.h"
 #include "proto/assembly.h"
 #include "proto/convert.h"
 #include "proto/error_table.h"

@@ -11,8 +11,6 @@
 
 namespace crease {
 
-struct Format;
-
 /// Names of attributes that some formats keep and others do not.
 inline constexpr std::string_view kVertexColours = "vertex colours", kOpacity = "opacity of colours",
                                   kCornerColours = "colours that differ at one vertex",
@@ -79,15 +77,6 @@ struct Appearance {
 /// The names of everything that not every format of meshes keeps, such as "texture coordinates". `triangles` are those
 /// of the mesh.
 std::vector<std::string> attributes_of(const Appearance& appearance, const std::vector<Triangle>& triangles);
-
-/// Those of `attributes` that a mesh loses when it is written in `format`.
-std::vector<std::string> dropped_in(const Format& format, const std::vector<std::string>& attributes);
-
-/// "ply does not keep: groups, materials"; empty if it keeps all.
-std::string dropped_text(const Format& format, const std::vector<std::string>& attributes);
-
-/// The text of the warning attributes_dropped about all formats.
-std::string describe_dropped(const std::vector<std::string>& attributes);
 
 /// The same colour with linear red, green and blue, and back. Opacity is linear in both.
 Colour linear_from_srgb(const Colour& colour);

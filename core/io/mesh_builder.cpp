@@ -1,5 +1,6 @@
 #include "core/io/mesh_builder.h"
 
+#include "core/io/dropped_attributes.h"
 #include "core/io/polygon.h"
 
 namespace crease {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 
+#include "core/io/dropped_attributes.h"
 #include "core/io/encode.h"
 #include "tests/support/labelled_meshes.h"
 #include "tests/unit/decode_samples.h"

@@ -141,7 +141,8 @@ TEST_F(DatabaseFileTest, TheBytesOfAJobAreCounted) {
   EXPECT_GT(used("anna"), 0);
   succeed("aaa");
   const auto kept = static_cast<std::int64_t>(kMiB + std::string("upload of aaa").size() +
-                                              fs::file_size(file_path("aaa", file::kAccepted)));
+                                              fs::file_size(file_path("aaa", file::kAccepted)) +
+                                              fs::file_size(file_path("aaa", file::kEnd)));
   EXPECT_EQ(used("anna"), kept);
   EXPECT_TRUE(keep("aaa", {"mesh.ply", 1000, "hash"}));
   EXPECT_TRUE(keep("aaa", {"mesh.ply", 1000, "of the same file again"}));
