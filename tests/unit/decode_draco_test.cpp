@@ -71,7 +71,7 @@ std::vector<std::array<double, 9>> faces_of(const Mesh& mesh) {
       const Vec3& p = mesh.positions[triangle[k]];
       corners[k] = {p.x(), p.y(), p.z()};
     }
-    std::ranges::rotate(corners, std::ranges::min_element(corners));
+    std::rotate(corners.begin(), std::ranges::min_element(corners), corners.end());
     std::array<double, 9> flat{};
     for (std::size_t i = 0; i < 9; ++i) flat[i] = corners[i / 3][i % 3];
     faces.push_back(flat);
