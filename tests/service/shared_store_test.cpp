@@ -7,6 +7,7 @@
 #include <memory>
 #include <random>
 #include <set>
+#include <stdexcept>
 
 #include "core/measure/noise.h"
 #include "tests/service/service_fixture.h"
@@ -103,9 +104,22 @@ TEST_F(SharedStore, NothingAcknowledgedIsLostWhateverIsKilled) {
   std::map<std::string, std::size_t> run_of;
   std::set<std::string> acknowledged;
   std::mt19937 random(std::random_device{}());
+  // Right after the database was away, a call may still be refused. Whoever sends it again is served.
+  const auto submitted = [&](const std::string& run) {
+    std::string id;
+    EXPECT_TRUE(eventually([&] {
+      try {
+        id = id_of_job(servers.at(random() % 2)->submit(part, run));
+      } catch (const std::runtime_error&) {
+        return false;
+      }
+      return true;
+    }));
+    return id;
+  };
   const auto submit_all = [&] {
     for (std::size_t run = 0; run < runs.size(); ++run) {
-      const std::string id = id_of_job(servers.at(random() % 2)->submit(part, runs[run]));
+      const std::string id = submitted(runs[run]);
       run_of[id] = run;
       acknowledged.insert(id);
     }
