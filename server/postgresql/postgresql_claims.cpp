@@ -78,7 +78,6 @@ std::int64_t PostgresqlStore::take(Transaction& transaction, const RunningJob& j
   return version;
 }
 
-/// Takes a step of a claimed job. Returns false when the job no longer belongs to the worker.
 bool PostgresqlStore::take(const Claim& claim, const Step& step) {
   const bool taken = guarded([&] {
     Transaction transaction(sessions_);
@@ -171,11 +170,7 @@ std::optional<Claim> PostgresqlStore::claim(std::string_view worker, millisecond
   if (!may_have_work()) return std::nullopt;
   return guarded([&]() -> std::optional<Claim> {
     const bool leases_count = leases_.trusted(lease);
-    if (suspect_) {
-      if (const std::string reason = not_ready_reason(); !reason.empty()) {
-        throw crease::Error(code::kStoreUnavailable, "no job is claimed: " + reason);
-      }
-    }
+    refuse_claims_of_a_sick_store();
     if (!has_work()) return std::nullopt;
     std::int64_t version = 0;
     Transaction transaction(sessions_);
@@ -308,14 +303,6 @@ bool PostgresqlStore::succeed(const Claim& claim, const v1::ResultFacts& result,
   return taken;
 }
 
-bool PostgresqlStore::fail(const Claim& claim, const v1::Problem& problem) {
-  return take(claim, [&](const Life& life) { return Transition{ended(life, JobState::kFailed), {}, problem}; });
-}
-
-bool PostgresqlStore::finish_cancelled(const Claim& claim) {
-  return take(claim, [](const Life& life) { return Transition{ended(life, JobState::kCancelled)}; });
-}
-
 bool PostgresqlStore::put_back(const Claim& claim) {
   bool newer_here = false;
   {
@@ -323,16 +310,7 @@ bool PostgresqlStore::put_back(const Claim& claim) {
     newer_here = checkpoint_.newer_here;
   }
   if (newer_here) store_passing(claim, file::kCheckpoint, checkpoint_);
-  return take(claim, [](const Life& life) { return creased::put_back(life); });
-}
-
-bool PostgresqlStore::defer(const Claim& claim, const crease::Error& reason) {
-  suspect_ = true;
-  return take(claim, [&](const Life& life) { return deferred(life, reason); });
-}
-
-bool PostgresqlStore::lose(const Claim& claim, const Loss& loss) {
-  return take(claim, [&](const Life& life) { return lost(life, loss, options_.max_attempts); });
+  return DatabaseStore::put_back(claim);
 }
 
 std::vector<std::string> PostgresqlStore::busy_workers() {

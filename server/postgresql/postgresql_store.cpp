@@ -40,12 +40,7 @@ std::string url_of(const StoreOptions& options) { return with_timeouts(options.u
 }  // namespace
 
 PostgresqlStore::PostgresqlStore(const StoreOptions& options)
-    : options_(options),
-      url_(url_of(options)),
-      files_(options.data_dir),
-      sessions_(url_),
-      listener_(url_),
-      blobs_(kCacheBytes) {
+    : DatabaseStore(options), url_(url_of(options)), sessions_(url_), listener_(url_), blobs_(kCacheBytes) {
   with_postgresql_errors([this] { prepare_tables(sessions_); });
   discard_removed();
   clean_leftovers();
@@ -150,17 +145,9 @@ JobPage PostgresqlStore::list(std::string_view state, std::size_t limit, std::st
   return guarded([&] {
     Transaction transaction(sessions_);
     const auto rows = transaction.run(sql, before, owner, state, static_cast<std::int64_t>(limit) + 1);
-    JobPage page;
-    std::int64_t last = before;
-    for (const auto& row : rows) {
-      if (page.jobs.size() == limit) {
-        page.next_cursor = cursor_after(last);
-        break;
-      }
-      page.jobs.push_back(job_in(row));
-      last = seq_in(row);
-    }
-    return page;
+    std::vector<ListedJob> found;
+    for (const auto& row : rows) found.push_back({seq_in(row), job_in(row)});
+    return page_of(std::move(found), limit);
   });
 }
 
@@ -270,8 +257,6 @@ std::shared_ptr<const OpenFile> PostgresqlStore::open(std::string_view id, std::
     return opened;
   });
 }
-
-std::filesystem::path PostgresqlStore::temporary_path() { return files_.temporary_path(); }
 
 std::optional<FileRecord> PostgresqlStore::file_record(std::string_view id, std::string_view name) {
   return guarded([&]() -> std::optional<FileRecord> {

@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -11,9 +10,7 @@
 #include "server/postgresql/blobs.h"
 #include "server/postgresql/listener.h"
 #include "server/postgresql/session.h"
-#include "server/store/job_files.h"
-#include "server/store/lease_trust.h"
-#include "server/store/store.h"
+#include "server/store/database_store.h"
 
 namespace creased {
 
@@ -22,7 +19,7 @@ namespace creased {
 ///
 /// Each change takes the number of the change counter last, and holds it until its commit. So versions become visible
 /// in their order, and a transaction locks jobs, then the counter, then sums of usage: never in a circle.
-class PostgresqlStore final : public Store {
+class PostgresqlStore final : public DatabaseStore {
  public:
   explicit PostgresqlStore(const StoreOptions& options);
 
@@ -48,11 +45,7 @@ class PostgresqlStore final : public Store {
   void note_snapshot(const Claim& claim) override;
   bool succeed(const Claim& claim, const crease::v1::ResultFacts& result,
                const std::vector<crease::v1::Warning>& warnings, const std::vector<FileRecord>& files) override;
-  bool fail(const Claim& claim, const crease::v1::Problem& problem) override;
-  bool finish_cancelled(const Claim& claim) override;
   bool put_back(const Claim& claim) override;
-  bool defer(const Claim& claim, const crease::Error& reason) override;
-  bool lose(const Claim& claim, const Loss& loss) override;
   std::vector<std::string> busy_workers() override;
   void lose_all(std::string_view worker, const Loss& loss) override;
   void note_worker(std::string_view name, std::string_view problem) override;
@@ -60,7 +53,6 @@ class PostgresqlStore final : public Store {
 
   std::shared_ptr<const OpenFile> open(std::string_view id, std::string_view name) override;
   std::filesystem::path working_path(const Claim& claim, std::string_view name) const override;
-  std::filesystem::path temporary_path() override;
   std::optional<FileRecord> file_record(std::string_view id, std::string_view name) override;
   bool keep_file(std::string_view id, const FileRecord& file, const std::filesystem::path& made) override;
 
@@ -72,7 +64,6 @@ class PostgresqlStore final : public Store {
 
  private:
   using Clock = std::chrono::steady_clock;
-  using Step = std::function<Transition(const Life&)>;
 
   /// A running job, locked in a transaction.
   struct RunningJob {
@@ -93,16 +84,14 @@ class PostgresqlStore final : public Store {
     Clock::time_point until;
   };
 
+  bool take(const Claim& claim, const Step& step) override;
+  void probe_database() override;
+  std::uint64_t used_bytes() override;
+
   template <class Work>
   auto guarded(const Work& work) -> decltype(work()) {
-    try {
-      return with_postgresql_errors(work);
-    } catch (const crease::Error& error) {
-      if (is_fault_of_store(error.code())) note_failure();
-      throw;
-    }
+    return noting_failure([&] { return with_postgresql_errors(work); });
   }
-  void note_failure();
 
   /// Takes the number of the next change and locks the counter.
   std::int64_t count_change(Transaction& transaction);
@@ -114,7 +103,6 @@ class PostgresqlStore final : public Store {
 
   static std::optional<RunningJob> held(Transaction& transaction, const Claim& claim);
   std::int64_t take(Transaction& transaction, const RunningJob& job, const Transition& step);
-  bool take(const Claim& claim, const Step& step);
   std::size_t lose_jobs(Transaction& transaction, const pqxx::result& rows, const Loss& loss, std::int64_t& version);
   bool may_have_work();
   bool has_work();
@@ -127,16 +115,11 @@ class PostgresqlStore final : public Store {
   void remember(const Claim& claim, Hold hold, std::uint64_t signals);
 
   void discard_removed();
-  std::string write_fault();
 
-  const StoreOptions options_;
   const std::string url_;
-  JobFiles files_;
   SessionPool sessions_;
   Listener listener_;
   BlobCache blobs_;
-  LeaseTrust leases_;
-  std::atomic<bool> suspect_{false};      // a call has failed since the last check
   std::atomic<bool> has_removed_{false};  // files that are to be discarded
 
   std::mutex mutex_;  // guards the rest

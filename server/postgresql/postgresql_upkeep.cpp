@@ -16,11 +16,6 @@ constexpr std::int64_t kForgetWorkerMs = 3'600'000;
 
 }  // namespace
 
-void PostgresqlStore::note_failure() {
-  suspect_ = true;
-  leases_.distrust();
-}
-
 bool PostgresqlStore::remove(std::string_view id, const Owner& owner) {
   const bool removed = guarded([&] {
     Transaction transaction(sessions_);
@@ -94,28 +89,19 @@ std::vector<std::string> PostgresqlStore::remove_expired() {
 
 void PostgresqlStore::clean_leftovers() { files_.clean_leftovers({}, kOldLeftover); }
 
-/// Writes and syncs a file of this machine and a row. Returns why that failed; empty when both are sound.
-std::string PostgresqlStore::write_fault() {
-  try {
-    files_.probe();
-    with_postgresql_errors([&] {
-      Transaction transaction(sessions_);
-      transaction.run("UPDATE change_counter SET version = version");
-      transaction.commit();
-    });
-    suspect_ = false;
-    const auto room = files_.room();
-    if (room.free < room.reserve()) return fmt::format("only {} of disk space are left", megabytes(room.free));
-    if (options_.quota_bytes == 0) return {};
-    return with_postgresql_errors([&] {
-      Transaction transaction(sessions_);
-      const bool used_up = usage_in(transaction, std::nullopt).bytes >= options_.quota_bytes;
-      return used_up ? fmt::format("the quota of {} is used up", megabytes(options_.quota_bytes)) : std::string();
-    });
-  } catch (const crease::Error& error) {
-    note_failure();
-    return error.detail();
-  }
+void PostgresqlStore::probe_database() {
+  with_postgresql_errors([&] {
+    Transaction transaction(sessions_);
+    transaction.run("UPDATE change_counter SET version = version");
+    transaction.commit();
+  });
+}
+
+std::uint64_t PostgresqlStore::used_bytes() {
+  return guarded([&] {
+    Transaction transaction(sessions_);
+    return usage_in(transaction, std::nullopt).bytes;
+  });
 }
 
 std::string PostgresqlStore::not_ready_reason() {
@@ -123,7 +109,7 @@ std::string PostgresqlStore::not_ready_reason() {
     const std::lock_guard lock(mutex_);
     if (!suspect_ && fault_.empty() && Clock::now() < look_for_faults_at_) return {};
   }
-  const std::string fault = write_fault();
+  const std::string fault = DatabaseStore::not_ready_reason();
   const std::lock_guard lock(mutex_);
   fault_ = fault;
   look_for_faults_at_ = Clock::now() + kBetweenProbes;

@@ -105,8 +105,7 @@ void SqliteStore::take(Connection& connection, const std::string& id, const std:
       .run();
 }
 
-/// Takes a step of a claimed job. Returns false when the job no longer belongs to the worker.
-bool SqliteStore::take(const Claim& claim, const std::function<Transition(const Life&)>& step) {
+bool SqliteStore::take(const Claim& claim, const Step& step) {
   return guarded([&] {
     Writer::Transaction transaction(durable_writer_);
     const auto job = held(*transaction, claim);
@@ -170,11 +169,7 @@ std::optional<Claim> SqliteStore::claim(std::string_view worker, std::chrono::mi
       ReaderPool::Loan reader(readers_);
       if (!anything_to_do(*reader, now)) return std::nullopt;
     }
-    if (suspect_) {
-      if (const std::string reason = not_ready_reason(); !reason.empty()) {
-        throw crease::Error(code::kStoreUnavailable, "no job is claimed: " + reason);
-      }
-    }
+    refuse_claims_of_a_sick_store();
     Writer::Transaction transaction(writer_);
     count_change(*transaction);
     if (leases_count) {
@@ -255,27 +250,6 @@ bool SqliteStore::succeed(const Claim& claim, const v1::ResultFacts& result, con
     transaction.commit();
     return true;
   });
-}
-
-bool SqliteStore::fail(const Claim& claim, const v1::Problem& problem) {
-  return take(claim, [&](const Life& life) { return Transition{ended(life, JobState::kFailed), {}, problem}; });
-}
-
-bool SqliteStore::finish_cancelled(const Claim& claim) {
-  return take(claim, [](const Life& life) { return Transition{ended(life, JobState::kCancelled)}; });
-}
-
-bool SqliteStore::put_back(const Claim& claim) {
-  return take(claim, [](const Life& life) { return creased::put_back(life); });
-}
-
-bool SqliteStore::defer(const Claim& claim, const crease::Error& reason) {
-  suspect_ = true;
-  return take(claim, [&](const Life& life) { return deferred(life, reason); });
-}
-
-bool SqliteStore::lose(const Claim& claim, const Loss& loss) {
-  return take(claim, [&](const Life& life) { return lost(life, loss, options_.max_attempts); });
 }
 
 std::vector<std::string> SqliteStore::busy_workers() {

@@ -54,18 +54,13 @@ std::uint64_t size_of(const std::filesystem::path& path) {
 }  // namespace
 
 SqliteStore::SqliteStore(const StoreOptions& options)
-    : files_(options.data_dir),
+    : DatabaseStore(options),
       database_(prepared(options, files_)),
-      options_(options),
       readers_(database_, kReaders),
       writer_(database_, Connection::Role::kWriter),
       durable_writer_(database_, Connection::Role::kDurable) {
   // A first write shows what cannot be written, and removals that were interrupted are finished.
-  {
-    Writer::Transaction transaction(durable_writer_);
-    Query(*transaction, "UPDATE change_counter SET version = version").run();
-    transaction.commit();
-  }
+  SqliteStore::probe_database();
   discard_removed();
   if (options.recover) adopt_folders();
   clean_leftovers();
@@ -197,17 +192,9 @@ JobPage SqliteStore::list(std::string_view state, std::size_t limit, std::string
   return guarded([&] {
     ReaderPool::Loan reader(readers_);
     Query rows(*reader, sql, before, owner, state, rows_wanted);
-    JobPage page;
-    std::int64_t last_seq = before;
-    while (rows.next()) {
-      if (page.jobs.size() == limit) {
-        page.next_cursor = cursor_after(last_seq);
-        break;
-      }
-      page.jobs.push_back(read_job(rows));
-      last_seq = job_seq(rows);
-    }
-    return page;
+    std::vector<ListedJob> found;
+    while (rows.next()) found.push_back({job_seq(rows), read_job(rows)});
+    return page_of(std::move(found), limit);
   });
 }
 
@@ -285,7 +272,5 @@ std::shared_ptr<const OpenFile> SqliteStore::open(std::string_view id, std::stri
 std::filesystem::path SqliteStore::working_path(const Claim& claim, std::string_view name) const {
   return files_.path(claim.job_id, name);
 }
-
-std::filesystem::path SqliteStore::temporary_path() { return files_.temporary_path(); }
 
 }  // namespace creased

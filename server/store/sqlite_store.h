@@ -1,19 +1,16 @@
 #pragma once
 
 #include <atomic>
-#include <functional>
 
 #include "crease/v1/stored.pb.h"
-#include "server/store/job_files.h"
+#include "server/store/database_store.h"
 #include "server/store/job_row.h"
-#include "server/store/lease_trust.h"
 #include "server/store/sqlite_connection.h"
-#include "server/store/store.h"
 
 namespace creased {
 
 /// The embedded store: an SQLite database (creased.db) in WAL mode and a folder of files for each job.
-class SqliteStore final : public Store {
+class SqliteStore final : public DatabaseStore {
  public:
   explicit SqliteStore(const StoreOptions& options);
 
@@ -29,7 +26,6 @@ class SqliteStore final : public Store {
   std::uint64_t last_version() override;
   std::vector<JobChange> changes_since(std::uint64_t since) override;
   std::uint64_t version_of(std::string_view id) override;
-  std::string not_ready_reason() override;
   std::size_t queued() override;
   std::chrono::milliseconds longest_wait() override;
   bool is_shared() const override { return false; }
@@ -43,11 +39,6 @@ class SqliteStore final : public Store {
   void note_snapshot(const Claim&) override {}
   bool succeed(const Claim& claim, const crease::v1::ResultFacts& result,
                const std::vector<crease::v1::Warning>& warnings, const std::vector<FileRecord>& files) override;
-  bool fail(const Claim& claim, const crease::v1::Problem& problem) override;
-  bool finish_cancelled(const Claim& claim) override;
-  bool put_back(const Claim& claim) override;
-  bool defer(const Claim& claim, const crease::Error& reason) override;
-  bool lose(const Claim& claim, const Loss& loss) override;
   std::vector<std::string> busy_workers() override;
   void lose_all(std::string_view worker, const Loss& loss) override;
   void note_worker(std::string_view name, std::string_view problem) override;
@@ -55,22 +46,19 @@ class SqliteStore final : public Store {
 
   std::shared_ptr<const OpenFile> open(std::string_view id, std::string_view name) override;
   std::filesystem::path working_path(const Claim& claim, std::string_view name) const override;
-  std::filesystem::path temporary_path() override;
   std::optional<FileRecord> file_record(std::string_view id, std::string_view name) override;
   bool keep_file(std::string_view id, const FileRecord& file, const std::filesystem::path& made) override;
 
  private:
-  /// Runs `work`, turns errors of SQLite into errors of the store, and remembers that the store has failed.
+  bool take(const Claim& claim, const Step& step) override;
+  void probe_database() override;
+  std::uint64_t used_bytes() override;
+
+  /// Runs `work`, turns errors of SQLite into errors of the store, and remembers when the store has failed.
   template <class Work>
-  auto guarded(Work&& work) -> decltype(work()) {
-    try {
-      return with_store_errors(work);
-    } catch (const crease::Error& error) {
-      if (is_fault_of_store(error.code())) note_failure();
-      throw;
-    }
+  auto guarded(const Work& work) -> decltype(work()) {
+    return noting_failure([&] { return with_store_errors(work); });
   }
-  void note_failure();
 
   std::string reserve_id(const std::string& fingerprint);
   crease::v1::Job insert(const NewJob& job, const std::string& id, bool& created);
@@ -79,7 +67,6 @@ class SqliteStore final : public Store {
   bool delete_row(std::string_view id, const Owner& owner);
   void discard_removed();
   bool is_being_removed(const std::string& id);
-  std::string write_fault();
   void adopt_folders();
   void adopt(const std::string& id, const crease::v1::StoredJob& accepted);
   void write_end(const std::string& id, const std::vector<FileRecord>& files) const;
@@ -89,17 +76,12 @@ class SqliteStore final : public Store {
   void move_expiry();
 
   void take(Connection& connection, const std::string& id, const std::string& progress, const Transition& step);
-  bool take(const Claim& claim, const std::function<Transition(const Life&)>& step);
   std::size_t lose_where(Connection& connection, std::string_view condition, std::string_view text, std::int64_t number,
                          const Loss& loss);
   static std::optional<Claim> claim_next(Connection& connection, std::string_view worker, std::int64_t now,
                                          std::chrono::milliseconds lease);
 
-  JobFiles files_;
   std::filesystem::path database_;
-  const StoreOptions options_;
-  std::atomic<bool> suspect_{false};  // a write has failed since the last check
-  LeaseTrust leases_;
   std::atomic<std::int64_t> last_expiry_ms_{0};
   ReaderPool readers_;
   Writer writer_, durable_writer_;

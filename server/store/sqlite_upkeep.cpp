@@ -38,11 +38,6 @@ FileRecord record_of(const std::filesystem::path& path) {
 
 }  // namespace
 
-void SqliteStore::note_failure() {
-  suspect_ = true;
-  leases_.distrust();
-}
-
 bool SqliteStore::delete_row(std::string_view id, const Owner& owner) {
   return guarded([&] {
     Writer::Transaction transaction(durable_writer_);
@@ -163,32 +158,18 @@ void SqliteStore::discard_removed() {
   });
 }
 
-/// Writes and syncs a file and a row. Returns why that failed; empty when the store is sound.
-std::string SqliteStore::write_fault() {
-  try {
-    files_.probe();
-    with_store_errors([&] {
-      Writer::Transaction transaction(durable_writer_);
-      Query(*transaction, "UPDATE change_counter SET version = version").run();
-      transaction.commit();
-    });
-    const auto room = files_.room();
-    if (room.free < room.reserve()) return fmt::format("only {} of disk space are left", megabytes(room.free));
-    suspect_ = false;
-    return {};
-  } catch (const crease::Error& error) {
-    note_failure();
-    return error.detail();
-  }
+void SqliteStore::probe_database() {
+  with_store_errors([&] {
+    Writer::Transaction transaction(durable_writer_);
+    Query(*transaction, "UPDATE change_counter SET version = version").run();
+    transaction.commit();
+  });
 }
 
-std::string SqliteStore::not_ready_reason() {
-  if (std::string fault = write_fault(); !fault.empty()) return fault;
-  if (options_.quota_bytes == 0) return {};
+std::uint64_t SqliteStore::used_bytes() {
   return guarded([&] {
     ReaderPool::Loan reader(readers_);
-    const bool used_up = usage_of(*reader, std::nullopt).bytes >= options_.quota_bytes;
-    return used_up ? fmt::format("the quota of {} is used up", megabytes(options_.quota_bytes)) : std::string();
+    return usage_of(*reader, std::nullopt).bytes;
   });
 }
 
