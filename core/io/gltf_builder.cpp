@@ -12,19 +12,18 @@
 #include "core/error.h"
 #include "core/io/base64.h"
 #include "core/io/glb.h"
+#include "core/io/gltf_terms.h"
 #include "core/io/write_number.h"
 
 namespace crease {
 namespace {
 
+using gltf::Component;
+using gltf::kMeshopt;
 using OrderedJson = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxVertices = std::size_t{1} << 24;
-constexpr int kInt8 = 5120, kUint16 = 5123, kUint32 = 5125, kFloat = 5126;
-constexpr int kVertexData = 34962, kIndexData = 34963;
 constexpr const char* kUnlit = "KHR_materials_unlit";
-constexpr const char* kMeshopt = "EXT_meshopt_compression";
-constexpr const char* kQuantization = "KHR_mesh_quantization";
 constexpr double kSteps = 65535;
 
 /// The middle of a mesh where it lies so far away that single precision would round off much of it, or else 0.
@@ -37,7 +36,7 @@ Vec3 origin_of(const Eigen::AlignedBox3d& box) {
 /// "SCALAR", "VEC2", …
 std::string type_of(std::size_t components) { return components == 1 ? "SCALAR" : fmt::format("VEC{}", components); }
 
-OrderedJson accessor_of(int component, std::size_t count, std::size_t components) {
+OrderedJson accessor_of(Component component, std::size_t count, std::size_t components) {
   return {{"componentType", component}, {"count", count}, {"type", type_of(components)}};
 }
 
@@ -77,7 +76,7 @@ std::size_t GltfBuilder::add(Json accessor, const Elements& elements) {
 std::size_t GltfBuilder::add_view(const Elements& elements) {
   Json view = {{"buffer", 0}, {"byteOffset", data_.size()}, {"byteLength", elements.bytes.size()}};
   if (!elements.are_indices && (style_.quantized || style_.compressed)) view["byteStride"] = elements.stride;
-  view["target"] = elements.are_indices ? kIndexData : kVertexData;
+  view["target"] = elements.are_indices ? gltf::Target::kIndexData : gltf::Target::kVertexData;
   if (style_.compressed) {
     compress(elements, view);
   } else {
@@ -118,11 +117,11 @@ void GltfBuilder::compress(const Elements& elements, Json& view) {
 
 std::size_t GltfBuilder::add_floats(const std::vector<float>& values, std::size_t components) {
   const std::size_t count = values.size() / components;
-  return add(accessor_of(kFloat, count, components), {packed(values, components), count, 4 * components});
+  return add(accessor_of(Component::kFloat, count, components), {packed(values, components), count, 4 * components});
 }
 
 std::size_t GltfBuilder::add_indices(const std::vector<Index>& values) {
-  return add(accessor_of(kUint32, values.size(), 1), {packed(values, 1), values.size(), 4, true});
+  return add(accessor_of(Component::kUint32, values.size(), 1), {packed(values, 1), values.size(), 4, true});
 }
 
 std::size_t GltfBuilder::add_normals(const std::vector<Vec3>& normals) {
@@ -140,7 +139,7 @@ std::size_t GltfBuilder::add_normals(const std::vector<Vec3>& normals) {
   for (const Vec3& normal : normals) {
     for (const double coordinate : normal) values.push_back(static_cast<std::int8_t>(std::lround(kMost * coordinate)));
   }
-  Json accessor = accessor_of(kInt8, normals.size(), 3);
+  Json accessor = accessor_of(Component::kInt8, normals.size(), 3);
   accessor["normalized"] = true;
   return add(std::move(accessor), {packed(values, 3), normals.size(), 4});
 }
@@ -158,7 +157,7 @@ std::size_t GltfBuilder::add_colours(const std::vector<Colour>& colours) {
     }
   }
   if (!style_.quantized) return add_floats(values, 4);
-  Json accessor = accessor_of(kUint16, colours.size(), 4);
+  Json accessor = accessor_of(Component::kUint16, colours.size(), 4);
   accessor["normalized"] = true;
   return add(std::move(accessor), {packed(steps, 4), colours.size(), 8});
 }
@@ -173,12 +172,12 @@ std::size_t GltfBuilder::add_positions(const Mesh& mesh, const std::vector<Index
     const std::array<float, 3> position = to_single(mesh.positions[vertex] - origin_, vertex);
     values.insert(values.end(), position.begin(), position.end());
   }
-  Json accessor = accessor_of(kFloat, source.size(), 3);
+  Json accessor = accessor_of(Component::kFloat, source.size(), 3);
   if (!style_.quantized) {
     set_extent(accessor, values);
     return add(std::move(accessor), {packed(values, 3), source.size(), 12});
   }
-  use_extension(kQuantization, true);
+  use_extension(gltf::kQuantization, true);
   const double extent = box.sizes().maxCoeff();
   scale_ = extent > 0 ? extent / kSteps : 1;
   std::vector<std::uint16_t> steps;
@@ -188,7 +187,7 @@ std::size_t GltfBuilder::add_positions(const Mesh& mesh, const std::vector<Index
       steps.push_back(static_cast<std::uint16_t>(std::lround(coordinate / scale_)));
     }
   }
-  accessor["componentType"] = kUint16;
+  accessor["componentType"] = Component::kUint16;
   set_extent(accessor, steps);
   return add(std::move(accessor), {packed(steps, 3), source.size(), 8});
 }

@@ -222,7 +222,7 @@ Json GltfMaterials::read_image(const Json& image, const std::string& place) {
 /// Notes the extensions that belong to no material, no texture, and not to the way in which the file is stored.
 void GltfMaterials::note_extensions() const {
   const Json& root = document_.root();
-  std::set<std::string> known{"KHR_mesh_quantization", "EXT_meshopt_compression", "KHR_draco_mesh_compression"};
+  std::set<std::string> known(gltf::kOfStorage.begin(), gltf::kOfStorage.end());
   for (const char* array : {"materials", "textures", "samplers", "images"}) {
     find_extensions(gltf::array_member(root, array, array), known);
   }

@@ -16,8 +16,6 @@ using gltf::Accessor;
 using gltf::Component;
 using OrderedJson = nlohmann::ordered_json;
 
-constexpr int kFloats = 5126, kVertexData = 34962;
-
 /// The vectors as elements of an accessor. Integers are normalised.
 std::string packed(const std::vector<Vec3>& values, Component component) {
   std::string bytes;
@@ -152,8 +150,8 @@ std::size_t GltfPatchFile::append(std::size_t index, const std::vector<Vec3>& va
   OrderedJson accessor = json_["accessors"][index];
   for (const char* member : {"sparse", "byteOffset", "normalized", "min", "max"}) accessor.erase(member);
   accessor["bufferView"] = append_view(packed(values, Component::kFloat));
-  json_["bufferViews"].back()["target"] = kVertexData;
-  accessor["componentType"] = kFloats;
+  json_["bufferViews"].back()["target"] = gltf::Target::kVertexData;
+  accessor["componentType"] = Component::kFloat;
   if (are_positions) set_extent(accessor, values);
   json_["accessors"].push_back(std::move(accessor));
   return json_["accessors"].size() - 1;

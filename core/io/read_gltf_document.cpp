@@ -14,8 +14,6 @@
 namespace crease::gltf {
 namespace {
 
-constexpr const char* kMeshopt = "EXT_meshopt_compression";
-
 Component component_member(const Json& object, const std::string& place) {
   const std::size_t value = size_member(object, "componentType", place);
   if (value < 5120 || value > 5126 || value == 5124) {
@@ -73,9 +71,7 @@ bool moves_no_vertex(std::string_view extension) {
 }
 
 /// The reader knows what these do to positions and faces.
-bool is_read(std::string_view extension) {
-  return extension == "KHR_mesh_quantization" || extension == kMeshopt || extension == kDraco;
-}
+bool is_read(std::string_view extension) { return std::ranges::find(kOfStorage, extension) != kOfStorage.end(); }
 
 /// Whether a buffer stands for data that is there in compressed form only.
 bool is_fallback(const Json& buffer, const std::string& place) {

@@ -10,22 +10,12 @@
 
 #include "core/io/byte_cursor.h"
 #include "core/io/format.h"
+#include "core/io/gltf_terms.h"
 #include "core/io/read_gltf_json.h"
 
 namespace crease::gltf {
 
-enum class Component : std::uint16_t {
-  kInt8 = 5120,
-  kUint8 = 5121,
-  kInt16 = 5122,
-  kUint16 = 5123,
-  kUint32 = 5125,
-  kFloat = 5126,
-};
-
 std::size_t size_of(Component component);
-
-inline constexpr const char* kDraco = "KHR_draco_mesh_compression";
 
 /// An extension of an object, or null. \throw Error mesh_syntax with `place`
 const Json* find_extension(const Json& object, const char* name, const std::string& place);
