@@ -55,7 +55,7 @@ ExitCode noise(const NoiseOptions& options) {
   const Json extras = {{"noise", {{"kind", options.kind}, {"sigma", options.sigma}, {"seed", options.seed}}}};
   if (const std::string dropped = dropped_text(format, attributes_of(input.appearance, input.mesh.triangles));
       !dropped.empty()) {
-    print_warning("attributes_dropped", dropped);
+    print_warning(kAttributesDropped, dropped);
   }
   write_file(options.output, format.write(unlabelled(std::move(noisy), std::move(input.appearance)), extras, {}));
   options.console.result({{"file", options.output.string()},

@@ -67,7 +67,7 @@ void settle_dropped(v1::Job& job, const Format* written) {
   const std::vector<std::string> attributes(job.input().attributes().begin(), job.input().attributes().end());
   const std::string dropped = written == nullptr ? "" : dropped_text(*written, attributes);
   auto& warnings = *job.mutable_warnings();
-  const auto found = std::ranges::find(warnings, "attributes_dropped", [](const auto& one) { return one.code(); });
+  const auto found = std::ranges::find(warnings, kAttributesDropped, [](const auto& one) { return one.code(); });
   if (found == warnings.end()) return;
   if (dropped.empty()) {
     warnings.erase(found);

@@ -7,14 +7,6 @@
 namespace crease::client {
 namespace {
 
-Formats formats_that(bool Format::*have) {
-  Formats formats;
-  for (const Format& format : kFormats) {
-    if (format.*have) formats.push_back(&format);
-  }
-  return formats;
-}
-
 void require(bool asked, const std::string& option, const std::string& value, const Format* format, bool Format::*has) {
   if (!asked || (format != nullptr && format->*has)) return;
   throw Error::parameter(crease::code::kParameterInvalid, option, value,

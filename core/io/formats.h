@@ -135,6 +135,15 @@ Formats formats_with(Function* Format::*function) {
   return found;
 }
 
+/// The formats that have a property, such as `formats_that(&Format::has_compression)`.
+inline Formats formats_that(bool Format::*have) {
+  Formats found;
+  for (const Format& format : kFormats) {
+    if (format.*have) found.push_back(&format);
+  }
+  return found;
+}
+
 /// The formats of `formats` that are text before those that are not.
 Formats text_first(Formats formats);
 

@@ -114,7 +114,7 @@ MeshContent MeshBuilder::finish() {
                                       counted(skipped_faces_, "face", "faces"), first_skipped_));
   }
   const std::vector<std::string> attributes = attributes_of(appearance_, mesh_.triangles);
-  if (!attributes.empty()) warn("attributes_dropped", describe_dropped(attributes));
+  if (!attributes.empty()) warn(kAttributesDropped, describe_dropped(attributes));
   std::vector<double> final_weights = std::move(weights());
   return {std::move(mesh_), std::move(final_weights), std::move(appearance_), std::move(warnings_)};
 }

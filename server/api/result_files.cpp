@@ -39,15 +39,6 @@ std::string_view format_of(const ResultFile& wanted) {
   return wanted.original ? crease::kOriginal : wanted.format.name;
 }
 
-}  // namespace
-
-std::string style_suffix(const crease::MeshStyle& style) {
-  return fmt::format("{}{}{}", style.ridge_lines ? "-ridges" : "", style.compressed ? "-meshopt" : "",
-                     style.quantized ? "-quantized" : "");
-}
-
-namespace {
-
 std::string name_of(const ResultFile& wanted) {
   const std::string filter = wanted.min_label > 0 ? fmt::format("-{}", wanted.min_label) : "";
   return fmt::format("{}{}{}.{}", word_of(wanted.part), filter, style_suffix(wanted.style), format_of(wanted));
@@ -89,6 +80,11 @@ class Temporary {
 };
 
 }  // namespace
+
+std::string style_suffix(const crease::MeshStyle& style) {
+  return fmt::format("{}{}{}", style.ridge_lines ? "-ridges" : "", style.compressed ? "-meshopt" : "",
+                     style.quantized ? "-quantized" : "");
+}
 
 std::shared_ptr<const OpenFile> ResultFiles::file(const v1::Job& job, const ResultFile& wanted,
                                                   const TaskPool::Asker& asker) {

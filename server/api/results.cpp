@@ -53,12 +53,9 @@ bool wants(const Call& call, const std::string& field, bool Format::*has, const 
   const std::string value = call.query(field);
   if (value.empty() || value == "false") return false;
   if (format.*has && !original) return true;
-  crease::Formats formats;
-  for (const Format& one : crease::kFormats) {
-    if (one.*has) formats.push_back(&one);
-  }
-  throw Error::parameter(code::kParameterInvalid, field, value,
-                         fmt::format("no such field with this format; {} has it", crease::name_list(formats)));
+  throw Error::parameter(
+      code::kParameterInvalid, field, value,
+      fmt::format("no such field with this format; {} has it", crease::name_list(crease::formats_that(has))));
 }
 
 crease::MeshStyle wanted_style(const Call& call, const Format& format, bool original) {
@@ -192,9 +189,8 @@ std::vector<Route> result_routes() {
          "Format of the mesh; the path may end in it instead: mesh.glb. By default the Accept header decides, or "
          "else it is glb. 'original' is the uploaded file, in its own format, with nothing but its positions and "
          "normals replaced. The other formats have the positions and faces, what the job has found, and of the "
-         "upload's "
-         "colours, texture coordinates and materials what the format has a place for; the warning attributes_dropped "
-         "says what gets lost in which formats.",
+         "upload's colours, texture coordinates and materials what the format has a place for; the warning "
+         "attributes_dropped says what gets lost in which formats.",
          mesh_format_names()},
         {"ridges", "string", "With format=obj: 'lines' adds the ridges as line elements.", {"lines"}},
         {"compress",

@@ -14,6 +14,10 @@ bool is_fault_of_store(crease::ErrorCode code) {
   return code == code::kStoreUnavailable || code == code::kStorageFull || code == code::kProcessUnavailable;
 }
 
+bool is_limit_of_job(crease::ErrorCode code) {
+  return code == code::kMemoryExhausted || code == code::kFileLimitExceeded;
+}
+
 crease::Error file_failure(std::string_view action, const std::filesystem::path& path) {
   const int number = errno;
   const bool full = number == ENOSPC || number == EDQUOT;

@@ -322,7 +322,7 @@ void JobRun::end_succeeded() {
 
 void JobRun::end_refused(const v1::Problem& problem) {
   const crease::Error error = crease::to_error(problem);
-  if (error.code() == code::kMemoryExhausted || error.code() == code::kFileLimitExceeded) {
+  if (is_limit_of_job(error.code())) {
     return end_lost({.what = error.detail(), .code = error.code(), .by_limit = true});
   }
   if (is_fault_of_store(error.code())) return end_deferred(error);

@@ -100,7 +100,7 @@ const v1::ComputeEvent& TaskPool::event_of(const Outcome& outcome, v1::ComputeEv
   if (outcome.late.count() > 0) fail(fmt::format("took longer than {} ms", outcome.late.count()));
   if (outcome.event && outcome.event->has_refused()) {
     const crease::Error error = crease::to_error(outcome.event->refused());
-    if (error.code() == code::kMemoryExhausted || error.code() == code::kFileLimitExceeded) fail(error.detail());
+    if (is_limit_of_job(error.code())) fail(error.detail());
     throw error;
   }
   if (outcome.loss) fail("failed: the process " + outcome.loss->what);
