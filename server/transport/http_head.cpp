@@ -1,5 +1,7 @@
 #include "server/transport/http_head.h"
 
+#include <arpa/inet.h>
+
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -35,12 +37,29 @@ std::string_view take_line(std::string_view& rest) {
   return line;
 }
 
-/// Whether the text can be the authority of an http URL or a Host header [RFC 3986 §3.2], without user information.
+bool is_digit(unsigned char c) { return c >= '0' && c <= '9'; }
+
+bool is_host_char(unsigned char c) {
+  return is_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+         std::string_view("-._~!$&'()*+;=%").find(static_cast<char>(c)) != std::string_view::npos;
+}
+
+/// Whether the text can be the authority of an http URL or a Host header [RFC 3986 §3.2], without user information: a
+/// name or an address, and maybe a port.
 bool is_authority(std::string_view text) {
-  return std::all_of(text.begin(), text.end(), [](unsigned char c) {
-    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-           std::string_view("-._~!$&'()*+;=%:[]").find(static_cast<char>(c)) != std::string_view::npos;
-  });
+  std::string_view port;
+  if (text.starts_with('[')) {
+    const auto end = text.find(']');
+    in6_addr address{};
+    if (end == std::string_view::npos) return false;
+    if (::inet_pton(AF_INET6, std::string(text.substr(1, end - 1)).c_str(), &address) != 1) return false;
+    port = text.substr(end + 1);
+  } else {
+    const auto end = std::min(text.find(':'), text.size());
+    if (!std::all_of(text.begin(), text.begin() + end, is_host_char)) return false;
+    port = text.substr(end);
+  }
+  return port.empty() || (port.front() == ':' && std::all_of(port.begin() + 1, port.end(), is_digit));
 }
 
 std::string origin_form(std::string_view target) {

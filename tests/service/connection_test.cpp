@@ -52,6 +52,11 @@ TEST_F(Connection, RefusesAmbiguousHeads) {
       {get + std::string("Host: x\r\nA: b\0c\r\n\r\n", 19), 400, "request_malformed"},
       {get + "\r\n", 400, "request_malformed"},
       {get + "Host: x\r\nHost: y\r\n\r\n", 400, "request_malformed"},
+      {get + "Host: x:abc\r\n\r\n", 400, "request_malformed"},
+      {get + "Host: x:80:81\r\n\r\n", 400, "request_malformed"},
+      {get + "Host: [zz]\r\n\r\n", 400, "request_malformed"},
+      {get + "Host: [::1]x\r\n\r\n", 400, "request_malformed"},
+      {get + "Host: [::1\r\n\r\n", 400, "request_malformed"},
       {"GET  /healthz HTTP/1.1\r\nHost: x\r\n\r\n", 400, "request_malformed"},
       {"GET /healthz\r\nHost: x\r\n\r\n", 400, "request_malformed"},
       {"GET /health\x80z HTTP/1.1\r\nHost: x\r\n\r\n", 400, "request_malformed"},
@@ -73,6 +78,13 @@ TEST_F(Connection, RefusesAmbiguousHeads) {
   for (int i = 0; i < 100; ++i) many += fmt::format("X-{}: y\r\n", i);
   EXPECT_EQ(raw(many + "\r\n").code(), "headers_too_large");
   expect_alive();
+}
+
+TEST_F(Connection, AnswersEveryFormOfAHost) {
+  for (const std::string host :
+       {"x", "x:", "x:8080", "127.0.0.1:80", "[::1]", "[::1]:8080", "[::ffff:127.0.0.1]", ""}) {
+    EXPECT_EQ(raw("GET /healthz HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n\r\n").status, 200) << host;
+  }
 }
 
 TEST_F(Connection, EndsWhenAHeaderHasNoEnd) {

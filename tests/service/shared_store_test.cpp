@@ -28,13 +28,15 @@ class SharedStore : public ::testing::Test {
   static void TearDownTestSuite() { postgresql_.reset(); }
   static PostgresqlServer& postgresql() { return *postgresql_; }
 
-  std::unique_ptr<ServerProcess> new_server() const {
+  std::unique_ptr<ServerProcess> new_server() const { return new_server(url_); }
+  std::unique_ptr<Program> new_worker() { return new_worker(url_); }
+  static std::unique_ptr<ServerProcess> new_server(const std::string& url) {
     return std::make_unique<ServerProcess>(
-        std::vector<std::string>{"--store", url_, "--workers", "0", "--max-connections", "32", "--max-streams", "8"});
+        std::vector<std::string>{"--store", url, "--workers", "0", "--max-connections", "32", "--max-streams", "8"});
   }
-  std::unique_ptr<Program> new_worker() {
+  std::unique_ptr<Program> new_worker(const std::string& url) {
     const auto folder = folder_.path() / fmt::format("worker{}", ++workers_made_);
-    return std::make_unique<Program>(std::vector<std::string>{CREASED_BIN, "worker", "--store", url_, "--data-dir",
+    return std::make_unique<Program>(std::vector<std::string>{CREASED_BIN, "worker", "--store", url, "--data-dir",
                                                               folder, "--lease", "2", "--checkpoint-every", "0.05"});
   }
   static std::string mesh_of(const ServerProcess& server, const std::string& id) {
@@ -159,6 +161,28 @@ TEST_F(SharedStore, NothingAcknowledgedIsLostWhateverIsKilled) {
     EXPECT_TRUE(mesh_of(*servers[1], id) == expected[run]) << runs[run] << " after " << job["attempt"];
   }
   EXPECT_THAT(faults_of_shared_store(url_, acknowledged), IsEmpty());
+}
+
+TEST_F(SharedStore, ABackupTakenWhileAJobRunsIsWhole) {
+  const auto server = new_server();
+  const auto worker = new_worker();
+  const std::string part = obj_text(add_noise(cube(10), 0.2, 1, NoiseKind::kNormal));
+  const std::string id = id_of_job(server->submit(part, "sweeps=300&threads=1"));
+  server->wait_for_state(id, "running");
+  const std::string backup = folder_.path() / "backup";
+  const Finished dumped = run_program({"/usr/bin/pg_dump", "--format", "custom", "--file", backup, url_});
+  ASSERT_EQ(dumped.exit_code, 0) << dumped.errors;
+  EXPECT_EQ(server->wait_for_end(id)["state"], "succeeded");
+
+  const std::string url = postgresql().create_database();
+  const Finished restored = run_program({"/usr/bin/pg_restore", "--dbname", url, backup});
+  ASSERT_EQ(restored.exit_code, 0) << restored.errors;
+  const auto later = new_server(url);
+  EXPECT_EQ(job_at(*later, id)["state"], "running");
+  const auto other_worker = new_worker(url);
+  EXPECT_EQ(ended(*later, id)["state"], "succeeded");
+  EXPECT_TRUE(mesh_of(*later, id) == mesh_of(*server, id));
+  EXPECT_THAT(faults_of_shared_store(url, {id}), IsEmpty());
 }
 
 TEST_F(SharedStore, AServerThatFindsNoDatabaseSaysSo) {
