@@ -5,9 +5,13 @@
 
 #include <array>
 #include <cmath>
+#include <fstream>
+#include <map>
 #include <optional>
 #include <set>
+#include <sstream>
 
+#include "core/base/text.h"
 #include "core/io/dropped_attributes.h"
 #include "core/io/encode.h"
 #include "tests/support/labelled_meshes.h"
@@ -219,6 +223,39 @@ TEST(Appearance, TheWarningNamesEverythingAndTheFormatsThatKeepIt) {
             "but obj: material libraries");
   for (const SampleFile& plain : test::sample_files(folded_square())) {
     EXPECT_EQ(test::warning(decode_mesh(plain.bytes, plain.format), "attributes_dropped"), "") << plain.name;
+  }
+}
+
+/// The cells of a row of a table in Markdown.
+std::vector<std::string> cells_of(const std::string& row) {
+  std::vector<std::string> cells;
+  std::istringstream text(row);
+  std::string cell;
+  std::getline(text, cell, '|');
+  while (std::getline(text, cell, '|')) cells.emplace_back(trimmed(cell));
+  return cells;
+}
+
+TEST(Appearance, TheReadmeSaysWhatFormatsKeep) {
+  std::ifstream readme(std::string(CREASED_SOURCE_DIR) + "/README.md");
+  std::string line;
+  while (std::getline(readme, line) && !line.starts_with("| of the upload |")) continue;
+  const std::vector<std::string> columns = cells_of(line);
+  std::map<std::string, std::vector<std::string>> rows;
+  while (std::getline(readme, line) && line.starts_with("|")) rows[cells_of(line).at(0)] = cells_of(line);
+  for (const std::string_view name : {kVertexColours, kOpacity, kCornerColours, kFaceColours, kTextureCoordinates,
+                                      kFurtherTexture, kMaterialNames, kMaterials, kTextures, kMaterialLibraries}) {
+    const std::string attribute(name);
+    ASSERT_TRUE(rows.contains(attribute)) << attribute;
+    for (const MeshFormat format : kMeshFormats) {
+      const auto column = std::ranges::find_if(columns, [&](const std::string& titles) {
+        return titles.find(format_row(format).title) != std::string::npos;
+      });
+      ASSERT_NE(column, columns.end()) << format_name(format);
+      const std::string& cell = rows[attribute].at(static_cast<std::size_t>(column - columns.begin()));
+      const bool kept = cell != "–" && cell != "the first";
+      EXPECT_EQ(dropped_in(format_row(format), {attribute}).empty(), kept) << attribute << ", " << format_name(format);
+    }
   }
 }
 
