@@ -8,6 +8,7 @@
 #include <csignal>
 #include <new>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "proto/assembly.h"
@@ -69,6 +70,10 @@ void compute(const v1::ComputeTask& task, const TaskFiles& files) {
   } catch (const std::bad_alloc&) {
     refuse(files.channel, {code::kMemoryExhausted,
                            fmt::format("needed more than {} MiB of memory", task.limits().memory_bytes() >> 20U)});
+  } catch (const std::system_error& error) {
+    const bool for_now = error.code() == std::errc::resource_unavailable_try_again;
+    refuse(files.channel, {for_now ? code::kProcessUnavailable : code::kInternal,
+                           std::string("the computation failed: ") + error.what()});
   } catch (const std::exception& error) {
     refuse(files.channel, {code::kInternal, std::string("the computation failed: ") + error.what()});
   }

@@ -32,6 +32,7 @@ class Confinement {
 /// when the last count is old.
 class ThreadBudget {
  public:
+  /// 0 in a container, where the threads of other containers would count without being seen: its own limit has to do.
   std::uint64_t now();
 
  private:

@@ -7,6 +7,7 @@
 #include <netinet/in.h>
 #include <sched.h>
 #include <sys/mman.h>
+#include <sys/mount.h>
 #include <sys/ptrace.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -15,6 +16,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <csignal>
 #include <fstream>
@@ -158,6 +160,7 @@ TEST_F(ConfinementTest, LimitsThreads) {
   if (::geteuid() != 0) GTEST_SKIP() << "another user's threads count, too";
   v1::ComputeLimits few = limits();
   few.set_threads(ThreadBudget().now());
+  if (few.threads() == 0) GTEST_SKIP() << "in a container, its own limit has to do";
   EXPECT_TRUE(succeeded(confined(few, [] {
     std::vector<std::thread> threads;
     std::atomic<bool> end{false};
@@ -174,6 +177,47 @@ TEST_F(ConfinementTest, LimitsThreads) {
     for (std::thread& thread : threads) thread.join();
     return refused && threads.size() >= 64 ? 0 : 1;
   })));
+}
+
+/// Runs `work` in a process that sees only itself and its children, as in a container. Returns the wait status.
+int contained(const std::function<int()>& work) {
+  return wait_for_process(fork_process([&] {
+    if (::unshare(CLONE_NEWPID | CLONE_NEWNS) != 0) return 1;
+    const int status = wait_for_process(fork_process([&] {
+      const bool mounted = ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
+                           ::mount("proc", "/proc", "proc", 0, nullptr) == 0;
+      return mounted ? work() : 1;
+    }));
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
+  }));
+}
+
+TEST_F(ConfinementTest, ThreadsOfOtherContainersDoNotCountAgainstATask) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can start what is like a container";
+  constexpr int kOthers = 1000;  // more than a task is given
+  std::array<int, 2> ready{}, end{};
+  ASSERT_TRUE(::pipe(ready.data()) == 0 && ::pipe(end.data()) == 0);
+  const pid_t other = fork_process([&] {
+    if (::setuid(65'534) != 0) return 1;
+    ::close(end[1]);
+    char byte = 0;
+    std::vector<std::jthread> threads;
+    for (int i = 0; i < kOthers; ++i) threads.emplace_back([&] { (void)::read(end[0], &byte, 1); });
+    return ::write(ready[1], "r", 1) == 1 ? 0 : 1;
+  });
+  char byte = 0;
+  ASSERT_EQ(::read(ready[0], &byte, 1), 1);
+  EXPECT_TRUE(succeeded(contained([] {
+    v1::ComputeLimits few = limits();
+    few.set_threads(ThreadBudget().now());
+    const int status = confined(few, [] {
+      std::jthread([] {}).join();
+      return 0;
+    });
+    return succeeded(status) ? 0 : 1;
+  })));
+  for (const int pipe_end : {ready[0], ready[1], end[0], end[1]}) ::close(pipe_end);
+  EXPECT_TRUE(succeeded(wait_for_process(other)));
 }
 
 class SandboxTest : public testing::Test {
