@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Builds the image without a Docker daemon and runs it as an operator would: docker/test.sh
+# Builds the image without a Docker daemon and runs it as an operator would: docker/test.sh [scale]
 # Read-only and without capabilities: open and with keys, on another port, within the limits of its cgroup; a job goes
-# through it, and one whose container is killed in the middle is done after the restart. Needs root. CREASED_IMAGE=NAME
-# takes an image that is there already.
+# through it, and one whose container is killed in the middle is done after the restart. With scale, starts
+# docker/compose.scale.yaml instead: test-scale.sh. Needs root. CREASED_IMAGE=NAME takes an image that is there already.
 set -euo pipefail
 
 cd "$(dirname "$(readlink -f "$0")")/.."
@@ -43,10 +43,11 @@ make_base() {
   tar --directory "$root" --create . | podman import - "$base" >/dev/null
 }
 
+# build IMAGE DOCKERFILE FOLDER
 build() {
   podman image exists "$base" || make_base
   buildah --storage-driver overlay bud --format docker --isolation chroot --network host --pull-never \
-    --tag "$image" --file docker/Dockerfile . >"$work/build.log" 2>&1 || { tail --lines 40 "$work/build.log" >&2 && exit 1; }
+    --tag "$1" --file "$2" "$3" >"$work/build.log" 2>&1 || { tail --lines 40 "$work/build.log" >&2 && exit 1; }
 }
 
 # run [OPTION…] [-- ARGUMENT…]: starts the container, read-only, with its data in a folder of this machine.
@@ -70,7 +71,12 @@ field() { jq --raw-output "$1"; }
 
 if [[ -z ${CREASED_IMAGE:-} ]]; then
   docker/install-packages.sh image demo
-  say "building the image" && build
+  say "building the image" && build "$image" docker/Dockerfile .
+fi
+if [[ ${1:-} == scale ]]; then
+  # shellcheck source=docker/test-scale.sh
+  . docker/test-scale.sh
+  exit
 fi
 mkdir "$data" && chown 10001:10001 "$data" && chmod 0700 "$data"
 podman image inspect --format 'size {{.Size}} bytes, user {{.User}}, command {{.Config.Cmd}}' "$image"

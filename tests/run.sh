@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the tests: tests/run.sh [STEP…]
-# Without a step all of them run but postgresql, faults, format, load, pictures, references and bench; each runs even when
-# an earlier one failed, unless the build did.
+# Without a step all of them run but postgresql, kubernetes, faults, format, load, pictures, references and bench; each runs
+# even when an earlier one failed, unless the build did.
 #   build     the release preset, tests and benchmarks included
 #   unit service quality   the rooms of tests under ctest, one process for each suite
 #   postgresql   the tests that concern the store, on a PostgreSQL that they start
 #   openapi   the OpenAPI document through two linters, and the answers of the service tests against it
 #   gltf      results of the command line through the Khronos validator; originals, conversions and compression through
 #             glTF-Transform and three.js
+#   kubernetes   what docker/kubernetes renders to, against the schemas of Kubernetes
 #   page      the web page in Chromium; pictures in build/page, compared with tests/page/references
 #   lint      formatting and shellcheck
 #   asan      the unit tests under AddressSanitizer and UndefinedBehaviorSanitizer
@@ -90,6 +91,13 @@ run_gltf() {
   done
   node tests/gltf/readers.mjs "$bin/crease" "$results"
   node tests/gltf/validate.mjs "$results"
+}
+
+run_kubernetes() {
+  docker/install-packages.sh page test
+  npm ci --prefix tests/kubernetes --no-audit --no-fund
+  kubectl kustomize docker/kubernetes >build/kubernetes.yaml
+  node tests/kubernetes/check.mjs <build/kubernetes.yaml
 }
 
 run_page() {
