@@ -72,6 +72,9 @@ class JobComputation {
 
   void run() {
     const crease::CheckedInput input = check_upload();
+    v1::Progress checked = task_.job().progress();
+    checked.set_stage("smoothing");
+    send_progress(checked);
     crease::RunContext context;
     context.on_sweep = [&](const crease::SweepView& view) { return on_sweep(input, view); };
     crease::JobOutput output = smooth(input, context);

@@ -429,6 +429,7 @@ export class Workbench {
     const { field } = error.problem ?? {};
     if (field && this.parameters?.refuse(field, words)) unfold('parameters');
     this.notice.show(error.problem?.title ?? 'No answer', words);
+    if (this.upload && !this.job) this.say(this.upload.name, error.problem ? 'refused' : 'not sent');
     if (!this.job && !this.stage.before.surface) this.showWelcome();
   }
 }

@@ -1,6 +1,6 @@
 import type { Job, RidgeLines } from 'creased-client';
 import { fill, h } from './dom';
-import { choiceWords, count, findings, noiseWord, number, parameterWords, percent, seconds, stateWord, whole } from './words';
+import { choiceWords, count, findings, noiseWords, number, parameterWords, percent, seconds, stateWord, whole } from './words';
 
 type RidgeLine = RidgeLines['ridges'][number];
 
@@ -9,10 +9,9 @@ const row = (name: string, value: string, other?: string): HTMLElement =>
 
 /** What the service found in the upload. */
 export function factsOf(job: Job): HTMLElement {
-  const { input } = job;
-  const sigma = job.result?.choice?.noise_sigma ?? input.noise_sigma;
+  const [words, figure] = noiseWords(job);
   return h('div', { class: 'facts' },
-    h('p', {}, h('strong', {}, `Noise: ${noiseWord(sigma)}`), h('span', { class: 'quiet-text' }, ` (${number(sigma, 2)} edge lengths${job.result ? '' : ', at first sight'})`)),
+    h('p', {}, h('strong', {}, words), h('span', { class: 'quiet-text' }, ` (${figure})`)),
     h('ul', { class: 'findings' }, ...findings(job).map((one) => h('li', { class: one.tone }, one.text))));
 }
 

@@ -60,8 +60,9 @@ export class RunCard {
   }
 
   update(progress: Progress): void {
-    this.title.textContent = stageWord(progress.stage);
-    this.bar.value = progress.fraction;
+    this.title.textContent = stageWord(progress);
+    if (progress.fraction > 0) this.bar.value = progress.fraction;
+    else this.bar.removeAttribute('value');
     this.left.textContent = progress.eta_seconds >= 1 ? `about ${seconds(progress.eta_seconds)} left` : '';
     if (!progress.energy || progress.sweeps === 0) return;
     this.past.push(progress);

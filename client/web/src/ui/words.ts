@@ -1,4 +1,4 @@
-import type { CreasedError, Job } from 'creased-client';
+import type { CreasedError, Job, Progress } from 'creased-client';
 
 const thousands = new Intl.NumberFormat('en');
 
@@ -47,13 +47,24 @@ export function findings({ input, warnings }: Job): Finding[] {
   if (input.duplicate_faces > 0) say('care', `${count(input.duplicate_faces, 'face is', 'faces are')} there twice.`);
   if (input.flipped_faces > 0) say('care', `${count(input.flipped_faces, 'face points', 'faces point')} the other way than its neighbours.`);
   if (input.isolated_vertices > 0) say('plain', `${count(input.isolated_vertices, 'vertex belongs', 'vertices belong')} to no face.`);
-  // What a caller of the API asks for with format=original is one of the downloads here.
-  for (const warning of warnings) say('care', sentence(warning.detail.replace('format=original', 'the download in the original format')));
+  for (const { code, detail } of warnings) say('care', kWarnings[code]?.(input) ?? sentence(detail));
   return found;
 }
 
-/** How strong the noise looks, in a word. */
-export function noiseWord(sigma: number): string {
+/** Warnings that speak of calls of the API, in words of the page. */
+const kWarnings: Record<string, (input: Job['input']) => string> = {
+  attributes_dropped: ({ attributes, format }) =>
+    `Beside its surface the file has: ${attributes.join(', ')}. The download as ${format.toUpperCase()} keeps all of it, other formats what they have a place for.`,
+};
+
+/** How strong the noise is. What is seen at first sight is a number only: the word waits for the job, which knows better. */
+export function noiseWords({ input, result }: Job): [words: string, figure: string] {
+  if (!result?.choice) return [`Noise: about ${number(input.noise_sigma, 2)} edge lengths`, 'at first sight'];
+  const { noise_sigma: sigma } = result.choice;
+  return [`Noise: ${noiseWord(sigma)}`, `${number(sigma, 2)} edge lengths`];
+}
+
+function noiseWord(sigma: number): string {
   if (sigma < 0.01) return 'hardly any';
   if (sigma < 0.08) return 'a little';
   if (sigma < 0.2) return 'clearly there';
@@ -106,23 +117,28 @@ export function stateWord(job: Job): string {
 const kStages: Record<string, string> = {
   queued: 'Waiting for its turn',
   checking: 'Checking the mesh',
-  choice: 'Estimating the noise',
   smoothing: 'Smoothing',
   encoding: 'Writing the result',
   done: 'Done',
 };
-export const stageWord = (stage: string): string => kStages[stage] ?? 'Smoothing';
+export function stageWord({ stage, sweep }: Progress): string {
+  if (stage === 'smoothing' && sweep === 0) return 'Looking at the noise';
+  return kStages[stage] ?? 'Smoothing';
+}
 
 const sentence = (text: string): string => {
   const capital = text.charAt(0).toUpperCase() + text.slice(1);
   return /[.!?]$/.test(capital) ? capital : `${capital}.`;
 };
 
+// The place of errors that are about the whole file.
+const kStartOfFile = 'byte 0';
+
 /** An error of the service, as someone who does not know the API wants to read it. */
 export function errorWords(error: CreasedError): string {
   const { problem } = error;
   if (!problem) return sentence(error.message);
-  const where = problem.place ? ` (${problem.place})` : '';
+  const where = problem.place && problem.place !== kStartOfFile ? ` (${problem.place})` : '';
   const wait = error.retryAfter ? ` Try again in ${seconds(error.retryAfter)}.` : '';
   return sentence(`${problem.detail || problem.title}${where}`) + wait;
 }

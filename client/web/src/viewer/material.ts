@@ -62,8 +62,8 @@ void main() {
     bool shown = x >= chosen.x && x <= chosen.y && !(classes && x < 0.0);
     base = shown ? toLinear(mapped) : mix(base, vec3(dot(base, vec3(0.33))), 0.6) * 0.8;
   }
-  // A mesh may be wound inside out; only a cut shows what is inside.
-  if (back && section.xyz != vec3(0.0)) base = toLinear(inside);
+  // A mesh may be wound inside out; only a cut shows what is inside. At a silhouette it would only be a dotted rim.
+  if (back && towards < -0.1 && section.xyz != vec3(0.0)) base = toLinear(inside);
   vec3 key = normalize(vec3(-0.45, 0.65, 0.62));
   vec3 fill = normalize(vec3(0.75, 0.05, 0.55));
   float wrap = max(0.0, dot(n, key) * 0.85 + 0.15);
