@@ -7,7 +7,7 @@
 #   postgresql   the tests that concern the store, on a PostgreSQL that they start
 #   openapi   the OpenAPI document through two linters, and the answers of the service tests against it
 #   gltf      results of the command line through the Khronos validator; originals, conversions and compression through
-#             glTF-Transform and three.js
+#             glTF-Transform and three.js, originals of all formats through Assimp
 #   kubernetes   what docker/kubernetes renders to, against the schemas of Kubernetes
 #   page      the web page in Chromium; pictures in build/page, compared with tests/page/references
 #   lint      formatting and shellcheck
@@ -74,6 +74,7 @@ run_openapi() {
 
 run_gltf() {
   local results=build/gltf mesh name
+  docker/install-packages.sh page demo test
   rm -rf "$results" && mkdir -p "$results"
   tar --extract --file /usr/share/doc/libcgal-dev/data.tar.gz --directory "$results" \
     --strip-components=2 data/meshes/fandisk.off
@@ -90,6 +91,7 @@ run_gltf() {
     node tests/gltf/original.mjs compare "$mesh" "$results/$name.glb"
   done
   node tests/gltf/readers.mjs "$bin/crease" "$results"
+  node tests/gltf/assimp.mjs "$bin/crease" "$results"
   node tests/gltf/validate.mjs "$results"
 }
 
