@@ -47,7 +47,15 @@ PostgresqlStore::PostgresqlStore(const StoreOptions& options)
 }
 
 std::int64_t PostgresqlStore::count_change(Transaction& transaction) {
-  return transaction.run("UPDATE change_counter SET version = version + 1 RETURNING version")[0][0].as<std::int64_t>();
+  // A commit that need not be durable may be told to others and then be lost with the database's machine. Its number
+  // must not come again, or they would take another change for one that they know.
+  constexpr std::int64_t kMostLost = std::int64_t{1} << 20U;
+  return transaction
+      .run(
+          "UPDATE change_counter SET version = version + CASE WHEN counted_since = pg_postmaster_start_time() THEN 1"
+          " ELSE $1::bigint END, counted_since = pg_postmaster_start_time() RETURNING version",
+          kMostLost)[0][0]
+      .as<std::int64_t>();
 }
 
 void PostgresqlStore::tell(Transaction& transaction, Channel channel, std::int64_t version) {

@@ -122,6 +122,11 @@ constexpr std::array kMigrations = {
       CREATE TABLE workers (name text PRIMARY KEY, seen bigint NOT NULL, problem text NOT NULL);
       CREATE TABLE secrets (name text PRIMARY KEY, value text NOT NULL);
     )sql"},
+    // Adds the start of the database that counted last: after a crash or a failover the counter leaves out the numbers
+    // that may have been told and lost.
+    Migration{1, R"sql(
+      ALTER TABLE change_counter ADD COLUMN counted_since timestamptz NOT NULL DEFAULT pg_postmaster_start_time();
+    )sql"},
 };
 
 // Of advisory locks in this database: "crease" in ASCII.

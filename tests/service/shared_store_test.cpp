@@ -3,8 +3,12 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <future>
 #include <map>
 #include <memory>
+#include <pqxx/pqxx>
 #include <random>
 #include <set>
 #include <stdexcept>
@@ -15,11 +19,17 @@
 #include "tests/support/store_audit.h"
 
 namespace crease::test {
+namespace fs = std::filesystem;
 namespace {
 
 using testing::IsEmpty;
 
 std::string id_of_job(const nlohmann::json& job) { return job["id"].get<std::string>(); }
+
+void run_sql(const std::string& url, const std::string& statements) {
+  pqxx::connection connection(url);
+  pqxx::nontransaction(connection).exec(statements);
+}
 
 /// Servers and workers, each on a data folder of its own as on a machine of its own, that share a database.
 class SharedStore : public ::testing::Test {
@@ -183,6 +193,80 @@ TEST_F(SharedStore, ABackupTakenWhileAJobRunsIsWhole) {
   EXPECT_EQ(ended(*later, id)["state"], "succeeded");
   EXPECT_TRUE(mesh_of(*later, id) == mesh_of(*server, id));
   EXPECT_THAT(faults_of_shared_store(url, {id}), IsEmpty());
+}
+
+// Progress and claims are committed without waiting for the disk, so a crash may take back what was told of them.
+TEST_F(SharedStore, AStreamHearsOfChangesAfterACrashThatLostOthers) {
+  const auto one = new_server(), other = new_server();
+  const std::string id = id_of_job(one->submit(small_obj(), kQuick));
+  auto stream = std::async(std::launch::async, [&] { return one->wait_for_end(id); });
+  EXPECT_TRUE(
+      eventually([&] { return one->get("/metrics").body.find("creased_event_streams 1\n") != std::string::npos; }));
+  postgresql().stop();
+  postgresql().start();
+  run_sql(url_, "UPDATE change_counter SET version = 0");
+  for (const auto* server : {one.get(), other.get()}) {
+    EXPECT_TRUE(eventually([&] { return server->get("/readyz").json().contains("status"); }));
+  }
+  EXPECT_TRUE(eventually([&] { return exchange(other->port(), "POST", "/v1/jobs/" + id + "/cancel").status == 200; }));
+  EXPECT_EQ(stream.get()["state"], "cancelled");
+}
+
+TEST_F(SharedStore, TablesOfTheReleasedSchemaAreMigratedWithTheirJobs) {
+  run_sql(url_, read_file(fs::path(CREASED_SOURCE_DIR) / "tests/service/postgresql_schema_1.sql"));
+  run_sql(url_, "UPDATE jobs SET expires = now_ms() + 3600000 WHERE expires IS NOT NULL");
+  const auto server = new_server();
+  std::map<std::string, std::string> state_of;
+  const auto listed = server->get("/v1/jobs").json()["jobs"];
+  for (const auto& job : listed) state_of[job["input"]["name"].get<std::string>()] = job["state"].get<std::string>();
+  EXPECT_EQ(state_of, (std::map<std::string, std::string>{{"done.obj", "succeeded"}, {"waiting.obj", "queued"}}));
+  const auto worker = new_worker();
+  for (const auto& job : listed) {
+    const std::string id = id_of_job(job);
+    EXPECT_EQ(ended(*server, id)["state"], "succeeded");
+    EXPECT_FALSE(mesh_of(*server, id).empty());
+  }
+  EXPECT_THAT(faults_of_shared_store(url_, {}, true), IsEmpty());
+}
+
+// CREASED_FORMER_BIN names the creased of the last release, with its creased-postgresql beside it.
+TEST_F(SharedStore, AFormerProgramWorksBesideThisOne) {
+  const char* const former = std::getenv("CREASED_FORMER_BIN");
+  if (former == nullptr) GTEST_SKIP() << "set CREASED_FORMER_BIN to the program of the last release";
+  const fs::path port_file = folder_.path() / "port";
+  Program former_server({former, "serve", "--store", url_, "--workers", "0", "--port", "0", "--port-file", port_file,
+                         "--data-dir", folder_.path() / "former"});
+  ASSERT_TRUE(eventually([&] { return fs::exists(port_file) || former_server.ended(); }));
+  const int former_port = std::stoi(read_file(port_file));
+  const auto server = new_server();  // migrates the tables under the former server
+  const auto submitted =
+      exchange(former_port, "POST", "/v1/jobs?" + kQuick, {{"Content-Type", "model/obj"}}, small_obj());
+  ASSERT_EQ(submitted.status, 202) << submitted.body;
+  {
+    const auto worker = new_worker();
+    EXPECT_EQ(server->wait_for_end(id_of_job(submitted.json()))["state"], "succeeded");
+  }
+  Program former_worker({former, "worker", "--store", url_, "--data-dir", folder_.path() / "former_worker"});
+  const std::string id = id_of_job(server->submit(small_obj(), kQuick + "&seed=2"));
+  EXPECT_EQ(server->wait_for_end(id)["state"], "succeeded");
+  EXPECT_EQ(exchange(former_port, "GET", "/v1/jobs/" + id).json(), job_at(*server, id));
+  EXPECT_THAT(faults_of_shared_store(url_, {}, true), IsEmpty());
+}
+
+TEST_F(SharedStore, AProgramWorksOnNewerTablesAsLongAsTheySaySo) {
+  { const auto server = new_server(); }
+  run_sql(url_, "UPDATE schema_version SET version = 1000");
+  {
+    const auto server = new_server();
+    const auto worker = new_worker();
+    EXPECT_EQ(server->wait_for_end(id_of_job(server->submit(small_obj(), kQuick)))["state"], "succeeded");
+  }
+  run_sql(url_, "UPDATE schema_version SET oldest_program = 1000");
+  for (const std::string command : {"serve", "worker"}) {
+    const auto refused = run_program({CREASED_BIN, command, "--data-dir", folder_.path() / "data", "--store", url_});
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.errors, testing::HasSubstr("programs with version 1000 or later can use")) << command;
+  }
 }
 
 TEST_F(SharedStore, AServerThatFindsNoDatabaseSaysSo) {
