@@ -55,7 +55,9 @@ DecodedMesh decode_mesh(std::string_view bytes, std::optional<MeshFormat> format
     throw Error(code::kMeshEmpty, "the file is empty", "byte 0");
   }
   const std::optional<MeshFormat> seen = sniff_format(bytes);
-  if (const std::string_view encoding = wide_encoding(bytes); !encoding.empty() && !seen) {
+  const std::string_view encoding = wide_encoding(bytes);
+  // In UTF-32 a letter looks like the count of facets in a binary STL file.
+  if (!encoding.empty() && (!seen || encoding == "UTF-32")) {
     throw Error(code::kMeshSyntax, fmt::format("the text is encoded in {}; expected UTF-8", encoding), "byte 0");
   }
   const MeshFormat settled = settle_format(bytes, format, seen);

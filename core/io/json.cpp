@@ -62,7 +62,8 @@ void append_labels(std::string& text, const LabelledMesh& result, const std::vec
 }  // namespace
 
 Likeness looks_like_json(const Sample& sample) {
-  return sample.word.starts_with('{') ? Likeness::kText : Likeness::kUnlike;
+  const bool is_wide = sample.word.find('\0') != std::string_view::npos;  // as in UTF-16
+  return sample.word.starts_with('{') && !is_wide ? Likeness::kText : Likeness::kUnlike;
 }
 
 std::string write_json(const LabelledMesh& result, const nlohmann::ordered_json& extras, const MeshStyle& /*style*/) {
