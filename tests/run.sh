@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the tests: tests/run.sh [STEP…]
-# Without a step all of them run but postgresql, kubernetes, faults, format, load, pictures, references and bench; each runs
-# even when an earlier one failed, unless the build did.
+# Without a step all of them run but postgresql, kubernetes, shared_faults, faults, format, load, pictures, references and
+# bench; each runs even when an earlier one failed, unless the build did.
 #   build     the release preset, tests and benchmarks included
 #   unit service quality   the rooms of tests under ctest, one process for each suite
 #   postgresql   the tests that concern the store, on a PostgreSQL that they start
@@ -16,6 +16,7 @@
 #   tsan      the service tests whose threads share something, under ThreadSanitizer
 #   tidy [FILE… | all]   clang-tidy over what differs from main, over the files, or over everything. Among other steps it
 #             begins no file after CREASED_TIDY_SECONDS (180), and says so
+#   shared_faults   PostgreSQL fails over, its disk is full, connections to it are cut, clocks are apart: as root, minutes
 #   faults [RUNS]   a call on files fails in each of so many runs (1000) of a job through a server
 #   format    rewrites every source as lint wants it
 #   load      streams, jobs a second, overload and a soak on a real server
@@ -171,6 +172,10 @@ run_pictures() {
   CREASED_BIN=$PWD/$bin node tests/page/pictures.mjs client/web/pictures
 }
 
+run_shared_faults() {
+  docker/install-packages.sh test faults
+  CREASED_SHARED_FAULTS=yes "$bin/service_tests" --gtest_filter='SharedFaults.*'
+}
 run_faults() {
   CREASED_FAILING_RUNS=${1:-1000} "$bin/service_tests" --gtest_filter='FailingDisk.*'
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <grp.h>
 #include <pwd.h>
+#include <sys/mount.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -42,9 +43,18 @@ std::vector<std::string> as_user(const std::vector<std::string>& command) {
 
 }  // namespace
 
-PostgresqlServer::PostgresqlServer() {
-  const fs::path data = folder_.path() / "database";
+PostgresqlServer::PostgresqlServer() : PostgresqlServer(Options()) {}
+
+PostgresqlServer::PostgresqlServer(Options options) : PostgresqlServer(std::move(options), nullptr) {}
+
+PostgresqlServer::PostgresqlServer(Options options, const PostgresqlServer* primary) : options_(std::move(options)) {
+  const fs::path data = data_folder();
   fs::create_directory(data);
+  const std::string size = fmt::format("size={}m", options_.disk_mb);
+  if (options_.disk_mb > 0 && ::mount("tmpfs", data.c_str(), "tmpfs", 0, size.c_str()) != 0) {
+    throw std::runtime_error("mount");
+  }
+  fs::permissions(data, fs::perms::owner_all);
   if (::geteuid() == 0) {
     const passwd* const user = ::getpwnam(kUser);
     if (user == nullptr) throw std::runtime_error("there is no user postgres");
@@ -57,16 +67,41 @@ PostgresqlServer::PostgresqlServer() {
       fs::permissions(above, fs::perms::others_exec | fs::perms::group_exec, fs::perm_options::add);
     }
   }
-  const Finished made = run_program(as_user(
-      {programs() / "initdb", "--pgdata", data, "--auth", "trust", "--username", kUser, "--no-sync", "--locale", "C"}));
-  if (made.exit_code != 0) throw std::runtime_error("initdb: " + made.errors);
+  const Finished made = run_program(
+      as_user(primary == nullptr
+                  ? std::vector<std::string>{programs() / "initdb", "--pgdata", data, "--auth", "trust", "--username",
+                                             kUser, "--no-sync", "--locale", "C"}
+                  : std::vector<std::string>{programs() / "pg_basebackup", "--dbname", primary->url(), "--pgdata", data,
+                                             "--write-recovery-conf", "--checkpoint", "fast", "--no-sync"}));
+  if (made.exit_code != 0) throw std::runtime_error("a new database: " + made.errors);
   start();
 }
 
-PostgresqlServer::~PostgresqlServer() { stop(); }
+std::unique_ptr<PostgresqlServer> PostgresqlServer::replica_of(const PostgresqlServer& primary) {
+  std::unique_ptr<PostgresqlServer> replica(new PostgresqlServer(Options(), &primary));
+  pqxx::connection connection(primary.url());
+  pqxx::nontransaction work(connection);
+  work.exec("ALTER SYSTEM SET synchronous_standby_names = '*'");
+  work.exec("SELECT pg_reload_conf()");
+  return replica;
+}
+
+PostgresqlServer::~PostgresqlServer() {
+  stop();
+  if (options_.disk_mb > 0) ::umount2(data_folder().c_str(), MNT_DETACH);
+}
+
+void PostgresqlServer::promote() {
+  pqxx::connection connection(url());
+  pqxx::nontransaction work(connection);
+  // What the replica was told to wait for would be a replica of its own.
+  work.exec("SELECT pg_promote()");
+  work.exec("ALTER SYSTEM RESET synchronous_standby_names");
+  work.exec("SELECT pg_reload_conf()");
+}
 
 std::string PostgresqlServer::url(const std::string& database) const {
-  return fmt::format("postgresql://{}@/{}?host={}", kUser, database, folder_.path().string());
+  return fmt::format("postgresql://{}@/{}?host={}&port={}", kUser, database, socket_folder(), options_.port);
 }
 
 std::string PostgresqlServer::create_database() {
@@ -78,8 +113,9 @@ std::string PostgresqlServer::create_database() {
 
 void PostgresqlServer::start() {
   program_.emplace(
-      as_user({programs() / "postgres", "-D", folder_.path() / "database", "-c", "listen_addresses=", "-c",
-               "unix_socket_directories=" + folder_.path().string(), "-c", "fsync=off", "-c", "max_connections=300"}));
+      as_user({programs() / "postgres", "-D", data_folder(), "-c", "listen_addresses=" + options_.addresses, "-c",
+               fmt::format("port={}", options_.port), "-c", "unix_socket_directories=" + folder_.path().string(), "-c",
+               "fsync=off", "-c", "max_connections=300"}));
   const bool ready = eventually([&] {
     try {
       pqxx::connection connection(url());

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -13,7 +15,16 @@ namespace crease::test {
 /// with the thread that made it. Its disk is not synced: the tests kill processes, not the machine.
 class PostgresqlServer {
  public:
+  struct Options {
+    int port = 5432;            ///< of its socket, and of `addresses`
+    std::string addresses{};    ///< of loopback, separated by commas
+    std::uint64_t disk_mb = 0;  ///< size of a disk of its own, which only root can make; 0 for the machine's
+  };
+
   PostgresqlServer();
+  explicit PostgresqlServer(Options options);
+  /// A replica: it streams from `primary`, whose commits wait for it from now on.
+  static std::unique_ptr<PostgresqlServer> replica_of(const PostgresqlServer& primary);
   ~PostgresqlServer();
   PostgresqlServer(const PostgresqlServer&) = delete;
   PostgresqlServer& operator=(const PostgresqlServer&) = delete;
@@ -23,11 +34,20 @@ class PostgresqlServer {
   /// Creates a database and returns its address.
   std::string create_database();
 
+  /// The folder of its socket, and that of its data.
+  std::string socket_folder() const { return folder_.path().string(); }
+  std::filesystem::path data_folder() const { return folder_.path() / "database"; }
+
+  /// Makes a replica the primary.
+  void promote();
   /// Ends it as a crash does.
   void stop();
   void start();
 
  private:
+  PostgresqlServer(Options options, const PostgresqlServer* primary);
+
+  const Options options_;
   TemporaryFolder folder_;
   std::optional<Program> program_;
   int databases_ = 0;
