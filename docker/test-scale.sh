@@ -20,6 +20,7 @@ fail() {
 }
 clean() {
   compose down --volumes || true
+  podman_ network rm --force "${project}_default" >/dev/null 2>&1 || true # and what is left in it
   rm -rf "$work"
 }
 
