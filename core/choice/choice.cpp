@@ -1,7 +1,6 @@
 #include "core/choice/choice.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -61,13 +60,11 @@ class Choice {
   bool on_patches() const { return patch_ != nullptr; }
   const FlatMesh& trial_mesh() const { return on_patches() ? *patch_ : mesh_; }
 
-  using Errors = std::array<double, kSettings.size()>;
-
   /// The setting with the smallest expected error, among those for the surface that the user names. In a near tie an
   /// organic setting wins: the comparison of risks that follows makes it better than the model expects.
   Setting choose() {
     constexpr double kNearTie = 0.02;
-    Errors errors = expected_log_errors(features_of(trial_mesh(), evidence_));
+    SettingErrors errors = expected_log_errors(features_of(trial_mesh(), evidence_));
     for (std::size_t i = 0; i < errors.size(); ++i) {
       if (kSettings[i].family.name == kOrganicFamily.name) errors[i] -= kNearTie;
       if (options_.surface && kSettings[i].family.name != *options_.surface) {
@@ -79,16 +76,16 @@ class Choice {
     return kSettings[best_of(errors)];
   }
 
-  static std::size_t best_of(const Errors& errors) {
+  static std::size_t best_of(const SettingErrors& errors) {
     return static_cast<std::size_t>(std::ranges::min_element(errors) - errors.begin());
   }
 
   /// Organic surfaces are smoothed by nearly linear filters, whose risks are well known: the likely ones are tried, and
   /// their risks in noise variances count beside the errors.
-  void compare_risks(Errors& errors) const {
+  void compare_risks(SettingErrors& errors) const {
     constexpr double kLikely = 0.25;
     const double lowest_error = errors[best_of(errors)];
-    Errors risks;
+    SettingErrors risks;
     risks.fill(std::numeric_limits<double>::infinity());
     for (std::size_t i = 0; i < errors.size(); ++i) {
       if (kSettings[i].family.name != kOrganicFamily.name || errors[i] > lowest_error + kLikely) continue;
@@ -101,7 +98,7 @@ class Choice {
     }
   }
 
-  void report_choice(const Errors& errors) {
+  void report_choice(const SettingErrors& errors) {
     const std::size_t chosen = best_of(errors);
     report_.family = kSettings[chosen].family.name;
     report_.weight = kSettings[chosen].weight;

@@ -24,18 +24,23 @@ class Description {
  public:
   Description(const FlatMesh& mesh, const Evidence& evidence)
       : mesh_(mesh), evidence_(evidence), residuals_(evidence.reference.residuals) {
-    for (const float angle : dihedral_angles(mesh, evidence.reference.result.positions)) {
+    const FlatVectors& positions = evidence.reference.result.positions;
+    for (const float angle : dihedral_angles(mesh, positions)) {
       const float chord = 2 * std::sin(angle / 2);
       bends_.push_back(chord * chord);
+    }
+    for (std::size_t e = 0; e < mesh.edge_count; ++e) {
+      const auto from = vector_at(positions, end_of(e, 0)), to = vector_at(positions, end_of(e, 1));
+      edges_.push_back(Vec3(to[0] - from[0], to[1] - from[1], to[2] - from[2]));
     }
   }
 
   Features features() {
-    const double sigma = std::sqrt(evidence_.variance);
-    add(std::log(sigma));
-    add(log_of(evidence_.sight.sigma / sigma));
-    add(evidence_.impulsive ? 1 : 0);
+    constexpr std::array kRidgeBends{0.06F, 0.15F, 0.35F};  // of 14°, 22° and 34°
+    describe_noise();
     describe_bends();
+    describe_edges();
+    for (const float bend : kRidgeBends) describe_ridges(bend);
     describe_surroundings();
     describe_patches();
     describe_residuals();
@@ -45,6 +50,22 @@ class Description {
  private:
   std::size_t end_of(std::size_t e, std::size_t side) const {
     return static_cast<std::size_t>(mesh_.edge_ends[side][e]);
+  }
+
+  void describe_noise() {
+    const FirstSight& sight = evidence_.sight;
+    const double sigma = std::sqrt(evidence_.variance);
+    add(std::log(sigma));
+    add(log_of(sight.sigma / sigma));
+    add(evidence_.impulsive ? 1 : 0);
+    add(sight.direction == NoiseDirection::kIsotropic ? 1 : 0);
+    add(sight.direction == NoiseDirection::kUnsure ? 1 : 0);
+    add(sight.regular ? 1 : 0);
+    add(log_of(sight.folded_share));
+    add(log_of(sight.sigma_tangential / sigma));
+    add(std::log(static_cast<double>(mesh_.vertex_count)));
+    add(evidence_.varying ? 1 : 0);
+    add(log_of(evidence_.noise_spread));
   }
 
   /// ‖n_i − n_j‖² over the edges.
@@ -58,7 +79,59 @@ class Description {
     const double count = std::max(1.0, static_cast<double>(bends_.size()));
     add(log_of(sum / count));
     add(log_of(stairs / count));
-    for (const double share : {0.5, 0.75}) add(log_of(std::sqrt(quantile(bends_, share))));
+    for (const double share : {0.25, 0.5, 0.75, 0.9, 0.97}) add(log_of(std::sqrt(quantile(bends_, share))));
+  }
+
+  /// How much their lengths differ.
+  void describe_edges() {
+    double sum = 0, squares = 0;
+    for (const Vec3& edge : edges_) {
+      sum += edge.norm();
+      squares += edge.squaredNorm();
+    }
+    const double count = std::max(1.0, static_cast<double>(edges_.size())), mean = sum / count;
+    add(mean > 0 ? std::sqrt(std::max(0.0, squares / count - mean * mean)) / mean : 0);
+  }
+
+  /// Edges that bend more are ridges: how long they are, and whether they go on, go straight on, and do not branch.
+  void describe_ridges(float least_bend) {
+    constexpr double kGoesOn = 0.5, kGoesStraightOn = 0.87;  // cosines of the turn
+    constexpr double kFewestEnds = 20, kFewestVertices = 10;
+    double length = 0, ridge_length = 0, ends = 0, going_on = 0, going_straight_on = 0, vertices = 0, unbranched = 0;
+    for (std::size_t e = 0; e < edges_.size(); ++e) {
+      length += edges_[e].norm();
+      if (bends_[e] > least_bend) ridge_length += edges_[e].norm();
+    }
+    std::vector<Vec3> ways;
+    for (std::size_t v = 0; v < mesh_.vertex_count; ++v) {
+      find_ridges_from(v, least_bend, ways);
+      if (ways.empty()) continue;
+      ++vertices;
+      unbranched += ways.size() == 2 ? 1 : 0;
+      ends += static_cast<double>(ways.size());
+      for (std::size_t i = 0; i < ways.size(); ++i) {
+        double straightest = -1;
+        for (std::size_t j = 0; j < ways.size(); ++j) {
+          if (j != i) straightest = std::max(straightest, -ways[i].dot(ways[j]));
+        }
+        going_on += straightest > kGoesOn ? 1 : 0;
+        going_straight_on += straightest > kGoesStraightOn ? 1 : 0;
+      }
+    }
+    add(log_of(length > 0 ? ridge_length / length : 0));
+    add(ends > kFewestEnds ? going_on / ends : 0.5);
+    add(ends > kFewestEnds ? going_straight_on / ends : 0.3);
+    add(vertices > kFewestVertices ? unbranched / vertices : 0.4);
+  }
+
+  /// The directions in which ridges leave a vertex.
+  void find_ridges_from(std::size_t v, float least_bend, std::vector<Vec3>& ways) const {
+    ways.clear();
+    for (const Index e : mesh_.vertex_stencils[v]) {
+      if (bends_[e] <= least_bend || (end_of(e, 0) != v && end_of(e, 1) != v)) continue;
+      const Vec3 way = direction(edges_[e]);
+      ways.push_back(end_of(e, 0) == v ? way : -way);
+    }
   }
 
   /// How much the surroundings of each vertex bend, ridges left out, and whether the residuals are larger where they
@@ -104,8 +177,17 @@ class Description {
     add(log_of(quantile(std::move(turn), 0.9)));
   }
 
-  /// Noise is as strong between neighbours as over wide patches; shape is not.
+  /// How heavy their tails are. Noise is as strong between neighbours as over wide patches; shape is not.
   void describe_residuals() {
+    const double count = static_cast<double>(mesh_.vertex_count);
+    double mean_square = 0, mean_fourth = 0;
+    for (const float residual : residuals_) {
+      const double square = static_cast<double>(residual * residual) / evidence_.variance;
+      mean_square += square / count;
+      mean_fourth += square * square / count;
+    }
+    add(log_of(mean_square));
+    add(log_of(mean_fourth / (mean_square * mean_square + 1e-12)));
     double twists = 0;
     for (std::size_t e = 0; e < mesh_.edge_count; ++e) {
       const float twist = residuals_[end_of(e, 0)] + residuals_[end_of(e, 1)] -
@@ -119,7 +201,7 @@ class Description {
       mesh_.diffuse(means, rounds);
       double squares = 0;
       for (const float mean : means) squares += static_cast<double>(mean * mean);
-      add(log_of(squares / static_cast<double>(mesh_.vertex_count) / evidence_.variance));
+      add(log_of(squares / count / evidence_.variance));
     }
   }
 
@@ -129,6 +211,7 @@ class Description {
   const Evidence& evidence_;
   const std::vector<float>& residuals_;
   std::vector<float> bends_;
+  std::vector<Vec3> edges_;  ///< from their first to their second end
   Features features_{};
   std::size_t known_ = 0;
 };

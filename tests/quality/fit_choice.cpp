@@ -7,15 +7,20 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <map>
+#include <numeric>
+#include <span>
 #include <sstream>
 
 #include "core/choice/evidence.h"
 #include "core/choice/expected_error.h"
 #include "core/choice/features.h"
+#include "core/io/decode.h"
 #include "core/measure/measure.h"
 #include "tests/quality/pairs.h"
+#include "tests/support/meshes.h"
 
 namespace crease::quality {
 namespace {
@@ -27,7 +32,7 @@ constexpr double kLeastErrorDeg = 0.1;  ///< errors below it count as this
 struct Sample {
   std::string pair, family;
   Features features{};
-  std::array<double, kSettingCount> errors{};  ///< mean angle between normals in degrees
+  SettingErrors errors{};  ///< mean angle between normals in degrees
 };
 
 double normal_error_deg(const Mesh& original, const FlatVectors& positions) {
@@ -39,7 +44,7 @@ double normal_error_deg(const Mesh& original, const FlatVectors& positions) {
   return measure(original, moved).mean_normal_error_deg;
 }
 
-Sample measured(const PairRecipe& recipe, const Pair& pair) {
+Sample measured(const Pair& pair, const std::string& family) {
   const Topology topology = build_topology(pair.noisy);
   const Surface surface(pair.noisy, topology);
   const FlatMesh mesh(surface);
@@ -50,7 +55,7 @@ Sample measured(const PairRecipe& recipe, const Pair& pair) {
   };
   const FirstSight sight = look_at(surface, std::nullopt, std::nullopt);
   const Evidence evidence = gather_evidence(mesh, sight, {}, {}, solve, false);
-  Sample sample{pair.name, recipe.family, features_of(mesh, evidence), {}};
+  Sample sample{pair.name, family, features_of(mesh, evidence), {}};
   for (std::size_t i = 0; i < kSettingCount; ++i) {
     const GraduatedOptions options = evidence.sight.options(kSettings[i], evidence.variance, false);
     const GraduatedResult result = solve({mesh, mesh.measured, options, evidence.precisions, {}});
@@ -59,20 +64,46 @@ Sample measured(const PairRecipe& recipe, const Pair& pair) {
   return sample;
 }
 
-void measure_pairs(std::size_t part, std::size_t parts, const std::string& folder) {
+void print_measured(const Pair& pair, const std::string& family) {
+  if (pair.original.triangles.size() > kMostFaces || pair.original.positions.size() < kFewestVertices) return;
+  const Sample sample = measured(pair, family);
+  fmt::print("{} {} {} {}\n", sample.pair, sample.family, fmt::join(sample.features, " "),
+             fmt::join(sample.errors, " "));
+  std::fflush(stdout);
+}
+
+/// What to measure: every so manieth item, so that several processes share the work.
+struct Part {
+  std::size_t part = 0, parts = 1;
+  std::string meshes, models;  ///< folders
+};
+
+void measure_pairs(const Part& of) {
   std::vector<PairRecipe> recipes = recipes_of(PairSet::kTraining);
   for (const PairRecipe& recipe : recipes_of(PairSet::kDevelopment)) {
     if (recipe.noise != Noise::kCorrelated && recipe.level > 0) recipes.push_back(recipe);
   }
-  for (std::size_t i = part; i < recipes.size(); i += parts) {
-    const std::optional<Pair> pair = build_pair(recipes[i], folder);
-    if (!pair || pair->original.triangles.size() > kMostFaces || pair->original.positions.size() < kFewestVertices) {
-      continue;
+  for (std::size_t i = of.part; i < recipes.size(); i += of.parts) {
+    if (const std::optional<Pair> pair = build_pair(recipes[i], of.meshes)) print_measured(*pair, recipes[i].family);
+  }
+}
+
+/// Pairs from the models of a folder. Those named alike but for a number are a family.
+void measure_models(const Part& of) {
+  constexpr std::uint64_t kSeed = 5, kPairsOfModel = 4;
+  std::vector<std::filesystem::path> models;
+  for (const auto& entry : std::filesystem::directory_iterator(of.models)) models.push_back(entry.path());
+  std::ranges::sort(models);
+  const std::span noises = training_noises();
+  for (std::size_t i = of.part; i < models.size(); i += of.parts) {
+    const std::string name = models[i].stem().string();
+    const Mesh original = decode_mesh(test::read_file(models[i]), format_from_filename(models[i].string())).mesh;
+    for (std::uint64_t k = 0; k < kPairsOfModel; ++k) {
+      const auto& [noise, level] = noises[(7 * i + 5 * k) % noises.size()];
+      const Mesh noisy = add_noise_of_kind(original, noise, level, kSeed + k);
+      print_measured({fmt::format("{}-{}-{}", name, word_of(noise), level), noise, level, original, noisy},
+                     name.substr(0, name.rfind('_')));
     }
-    const Sample sample = measured(recipes[i], *pair);
-    fmt::print("{} {} {} {}\n", sample.pair, sample.family, fmt::join(sample.features, " "),
-               fmt::join(sample.errors, " "));
-    std::fflush(stdout);
   }
 }
 
@@ -93,104 +124,108 @@ std::vector<Sample> read(const std::vector<std::string>& files) {
   return samples;
 }
 
-/// Ridge regression of the logarithms of the errors over the smallest of their pair.
-class Regression {
- public:
-  explicit Regression(const std::vector<Sample>& samples) {
-    const auto count = static_cast<double>(samples.size());
-    for (std::size_t k = 0; k < kFeatures; ++k) {
-      double squares = 0;
-      for (const Sample& sample : samples) model_.means[k] += sample.features[k] / count;
-      for (const Sample& sample : samples) squares += std::pow(sample.features[k] - model_.means[k], 2) / count;
-      model_.deviations[k] = std::sqrt(squares) + 1e-6;
-    }
-    for (const Sample& sample : samples) add(sample, 1);
-  }
-
-  void add(const Sample& sample, double times) {
-    Row x = Row::Ones(kFeatures + 1);
-    for (std::size_t k = 0; k < kFeatures; ++k) {
-      x(static_cast<Eigen::Index>(k)) = std::clamp((sample.features[k] - model_.means[k]) / model_.deviations[k],
-                                                   -ErrorModel::kFarthest, ErrorModel::kFarthest);
-    }
-    Row y(kSettingCount);
-    const double least = std::log(std::max(kLeastErrorDeg, *std::ranges::min_element(sample.errors)));
-    for (std::size_t i = 0; i < kSettingCount; ++i) {
-      const double error = std::log(std::max(kLeastErrorDeg, sample.errors[i])) - least;
-      y(static_cast<Eigen::Index>(i)) = std::min(ErrorModel::kWorst, error);
-    }
-    normal_ += times * x.transpose() * x;
-    right_ += times * x.transpose() * y;
-  }
-
-  ErrorModel solved() const {
-    constexpr double kPenalty = 5;
-    Matrix normal = normal_;
-    for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(kFeatures); ++k) normal(k, k) += kPenalty;
-    const Matrix solution = normal.ldlt().solve(right_);
-    ErrorModel model = model_;
-    for (std::size_t i = 0; i < kSettingCount; ++i) {
-      const auto column = static_cast<Eigen::Index>(i);
-      for (std::size_t k = 0; k < kFeatures; ++k) model.weights[i][k] = solution(static_cast<Eigen::Index>(k), column);
-      model.constants[i] = solution(kFeatures, column);
-    }
-    return model;
-  }
-
- private:
-  using Matrix = Eigen::MatrixXd;
-  using Row = Eigen::RowVectorXd;
-
-  ErrorModel model_;
-  Matrix normal_ = Matrix::Zero(kFeatures + 1, kFeatures + 1), right_ = Matrix::Zero(kFeatures + 1, kSettingCount);
+/// A model whose landmarks it owns.
+struct Fit {
+  ErrorModel model;
+  std::vector<Landmark> landmarks;
 };
 
-/// Logarithm of the error of the setting that `model` picks over that of the best one.
-double loss(const Sample& sample, const ErrorModel& model) {
-  const auto expected = expected_log_errors(sample.features, model);
-  const auto picked = static_cast<std::size_t>(std::ranges::min_element(expected) - expected.begin());
-  const auto log_error = [](double error) { return std::log(std::max(kLeastErrorDeg, error)); };
-  return log_error(sample.errors[picked]) - log_error(*std::ranges::min_element(sample.errors));
+double log_error(double error) { return std::log(std::max(kLeastErrorDeg, error)); }
+
+void standardise(const std::vector<const Sample*>& samples, ErrorModel& model) {
+  const auto count = static_cast<double>(samples.size());
+  for (std::size_t k = 0; k < kFeatures; ++k) {
+    double squares = 0;
+    for (const Sample* sample : samples) model.means[k] += sample->features[k] / count;
+    for (const Sample* sample : samples) squares += std::pow(sample->features[k] - model.means[k], 2) / count;
+    model.deviations[k] = std::sqrt(squares) + 1e-6;
+  }
 }
 
-/// What the choice costs against the best setting in hindsight, each family of models left out of the fit in its turn.
-void report_cost(const std::vector<Sample>& samples, const Regression& whole) {
-  std::map<std::string, std::vector<const Sample*>> families;
-  for (const Sample& sample : samples) families[sample.family].push_back(&sample);
-  double left_out = 0, fitted = 0;
-  const ErrorModel all = whole.solved();
-  std::vector<std::pair<double, std::string>> costs;
-  for (const auto& [family, members] : families) {
-    Regression others = whole;
-    for (const Sample* sample : members) others.add(*sample, -1);
-    const ErrorModel model = others.solved();
-    double sum = 0;
-    for (const Sample* sample : members) {
-      sum += loss(*sample, model);
-      fitted += loss(*sample, all);
+/// Kernel ridge regression of the logarithms of the errors over the smallest of their pair.
+Fit fitted(const std::vector<const Sample*>& samples) {
+  constexpr double kPenalty = 0.1;
+  const auto count = static_cast<Eigen::Index>(samples.size());
+  Fit fit;
+  standardise(samples, fit.model);
+  Eigen::MatrixXd errors(count, static_cast<Eigen::Index>(kSettingCount)), alike(count, count);
+  for (Eigen::Index s = 0; s < count; ++s) {
+    const Sample& sample = *samples[static_cast<std::size_t>(s)];
+    fit.landmarks.push_back({fit.model.standardised(sample.features), {}});
+    const double least = log_error(*std::ranges::min_element(sample.errors));
+    for (std::size_t i = 0; i < kSettingCount; ++i) {
+      const double error = std::min(ErrorModel::kWorst, log_error(sample.errors[i]) - least);
+      errors(s, static_cast<Eigen::Index>(i)) = error;
+      fit.model.mean_errors[i] += error / static_cast<double>(count);
     }
-    left_out += sum;
-    costs.emplace_back(sum / static_cast<double>(members.size()), family);
+    for (Eigen::Index other = 0; other <= s; ++other) {
+      alike(s, other) =
+          likeness(fit.landmarks.back().features, fit.landmarks[static_cast<std::size_t>(other)].features);
+    }
   }
-  const auto count = static_cast<double>(samples.size());
-  fmt::print(stderr, "{} pairs of {} families. Over the best setting in hindsight: {:.3f}, families left out {:.3f}\n",
-             samples.size(), families.size(), std::exp(fitted / count), std::exp(left_out / count));
   for (std::size_t i = 0; i < kSettingCount; ++i) {
-    double fixed = 0, best = 0;
-    for (const Sample& sample : samples) {
-      ErrorModel only{};
-      only.deviations.fill(1);
-      only.constants.fill(1);
-      only.constants[i] = 0;
-      fixed += loss(sample, only);
-      best += *std::ranges::min_element(sample.errors) == sample.errors[i] ? 1 : 0;
-    }
-    fmt::print(stderr, "  always {} {}: {:.3f}; best for {}\n", kSettings[i].family.name, kSettings[i].weight,
-               std::exp(fixed / count), best);
+    errors.col(static_cast<Eigen::Index>(i)).array() -= fit.model.mean_errors[i];
   }
-  std::ranges::sort(costs, std::greater());
-  for (const auto& [cost, family] : costs) {
-    if (cost > 0.2) fmt::print(stderr, "  family {}: {:.3f}\n", family, std::exp(cost));
+  alike.diagonal().array() += kPenalty;
+  const Eigen::MatrixXd influence = alike.selfadjointView<Eigen::Lower>().llt().solve(errors);
+  for (Eigen::Index s = 0; s < count; ++s) {
+    for (std::size_t i = 0; i < kSettingCount; ++i) {
+      fit.landmarks[static_cast<std::size_t>(s)].influence[i] = influence(s, static_cast<Eigen::Index>(i));
+    }
+  }
+  fit.model.landmarks = fit.landmarks;
+  return fit;
+}
+
+/// Logarithm of the error of a setting over that of the best one.
+double loss(const Sample& sample, std::size_t setting) {
+  return log_error(sample.errors[setting]) - log_error(*std::ranges::min_element(sample.errors));
+}
+
+std::size_t pick(const Sample& sample, const ErrorModel& model) {
+  const SettingErrors expected = expected_log_errors(sample.features, model);
+  return static_cast<std::size_t>(std::ranges::min_element(expected) - expected.begin());
+}
+
+/// The mean loss of each family, with a tenth of the families left out of the fit at a time.
+std::map<std::string, std::vector<double>> losses_left_out(const std::vector<Sample>& samples) {
+  constexpr std::size_t kFolds = 10;
+  std::map<std::string, std::size_t> folds;
+  for (const Sample& sample : samples) folds.emplace(sample.family, folds.size() % kFolds);
+  std::map<std::string, std::vector<double>> losses;
+  for (std::size_t fold = 0; fold < kFolds; ++fold) {
+    std::vector<const Sample*> others;
+    for (const Sample& sample : samples) {
+      if (folds.at(sample.family) != fold) others.push_back(&sample);
+    }
+    const Fit fit = fitted(others);
+    for (const Sample& sample : samples) {
+      if (folds.at(sample.family) == fold) losses[sample.family].push_back(loss(sample, pick(sample, fit.model)));
+    }
+  }
+  return losses;
+}
+
+/// What the choice costs against the best setting in hindsight.
+void report_cost(const std::vector<Sample>& samples, const ErrorModel& model) {
+  constexpr double kDear = 0.2;
+  const auto count = static_cast<double>(samples.size());
+  double fitted = 0, left_out = 0;
+  for (const Sample& sample : samples) fitted += loss(sample, pick(sample, model)) / count;
+  for (const auto& [family, losses] : losses_left_out(samples)) {
+    const double sum = std::accumulate(losses.begin(), losses.end(), 0.0);
+    left_out += sum / count;
+    const double mean = sum / static_cast<double>(losses.size());
+    if (mean > kDear) fmt::print(stderr, "  family {}: {:.3f}\n", family, std::exp(mean));
+  }
+  fmt::print(stderr, "{} pairs. Over the best setting in hindsight: {:.3f}, families left out {:.3f}\n", samples.size(),
+             std::exp(fitted), std::exp(left_out));
+  for (std::size_t i = 0; i < kSettingCount; ++i) {
+    double always = 0;
+    for (const Sample& sample : samples) always += loss(sample, i) / count;
+    const auto best = std::ranges::count_if(samples, [&](const Sample& sample) { return loss(sample, i) == 0; });
+    fmt::print(stderr, "  always {} {}: {:.3f}; best for {}\n", kSettings[i].family.name, kSettings[i].weight,
+               std::exp(always), best);
   }
 }
 
@@ -200,17 +235,22 @@ std::string row_of(const Numbers& numbers) {
 }
 
 void write_table(const std::vector<Sample>& samples) {
-  const Regression regression(samples);
-  report_cost(samples, regression);
-  const ErrorModel model = regression.solved();
+  std::vector<const Sample*> all;
+  for (const Sample& sample : samples) all.push_back(&sample);
+  const Fit fit = fitted(all);
+  report_cost(samples, fit.model);
   fmt::print(
       "#pragma once\n\n#include \"core/choice/expected_error.h\"\n\nnamespace crease {{\n\n"
       "// Written by fit_choice in tests/quality.\n// clang-format off\n\n"
-      "inline constexpr ErrorModel kErrorModel{{\n    .means = {{{}}},\n    .deviations = {{{}}},\n"
-      "    .constants = {{{}}},\n    .weights = {{{{\n",
-      row_of(model.means), row_of(model.deviations), row_of(model.constants));
-  for (const Features& weights : model.weights) fmt::print("        {{{}}},\n", row_of(weights));
-  fmt::print("    }}}}}};\n\n// clang-format on\n\n}}  // namespace crease\n");
+      "inline constexpr Features kFeatureMeans{{{}}};\ninline constexpr Features kFeatureDeviations{{{}}};\n"
+      "inline constexpr SettingErrors kMeanErrors{{{}}};\n"
+      "inline constexpr std::array<Landmark, {}> kLandmarks{{{{\n",
+      row_of(fit.model.means), row_of(fit.model.deviations), row_of(fit.model.mean_errors), fit.landmarks.size());
+  for (const Landmark& landmark : fit.landmarks) {
+    fmt::print("{{{{{{{}}}}},{{{{{:.3g}}}}}}},\n", fmt::join(landmark.features, ","),
+               fmt::join(landmark.influence, ","));
+  }
+  fmt::print("}}}};\n\n// clang-format on\n\n}}  // namespace crease\n");
 }
 
 }  // namespace
@@ -219,18 +259,19 @@ void write_table(const std::vector<Sample>& samples) {
 int main(int count, char** arguments) try {
   CLI::App app{"Fits the automatic choice: solves every setting on the training pairs, and regresses their errors"};
   app.require_subcommand(1);
-  std::size_t part = 0, parts = 1;
-  std::string folder;
+  crease::quality::Part of;
   CLI::App* measure = app.add_subcommand("measure", "Prints features and errors, a pair per line");
-  measure->add_option("--part", part, "Number of the part, from 0");
-  measure->add_option("--parts", parts, "Take every so manieth pair")->check(CLI::PositiveNumber);
-  measure->add_option("--meshes", folder, "Folder of pairs with measured noise");
+  measure->add_option("--part", of.part, "Number of the part, from 0");
+  measure->add_option("--parts", of.parts, "Take every so manieth pair or model")->check(CLI::PositiveNumber);
+  measure->add_option("--meshes", of.meshes, "Folder of pairs with measured noise");
+  measure->add_option("--models", of.models, "Measure the models of this folder in place of the training pairs")
+      ->check(CLI::ExistingDirectory);
   std::vector<std::string> files;
   CLI::App* table =
       app.add_subcommand("table", "Prints core/choice/expected_error_table.h, and the cost of the choice to stderr");
   table->add_option("files", files, "What measure printed")->required()->check(CLI::ExistingFile);
   CLI11_PARSE(app, count, arguments);
-  if (measure->parsed()) crease::quality::measure_pairs(part, parts, folder);
+  if (measure->parsed()) (of.models.empty() ? crease::quality::measure_pairs : crease::quality::measure_models)(of);
   if (table->parsed()) crease::quality::write_table(crease::quality::read(files));
 } catch (const std::exception& error) {
   std::fputs((std::string(error.what()) + "\n").c_str(), stderr);

@@ -139,9 +139,9 @@ std::vector<PairRecipe> held_out_recipes() {
                    kHeldOutSeed);
 }
 
-/// Six kinds and levels of noise on every model, another six on the next one.
+/// Twelve kinds and levels of noise on every model, another twelve on the next one.
 std::vector<PairRecipe> training_recipes() {
-  constexpr std::size_t kPairsOfModel = 6;
+  constexpr std::size_t kPairsOfModel = 12;
   const std::vector<std::pair<std::string, std::vector<std::string>>> families{
       {"anchor", {"anchor", "anchor_dense"}},
       {"bear", {"bear", "bear_bis"}},
@@ -205,10 +205,7 @@ std::vector<PairRecipe> training_recipes() {
                                         "three_peaks",
                                         "tripod",
                                         "u"};
-  const std::vector<std::pair<Noise, double>> noises{
-      {kNormal, 0.05},   {kNormal, 0.1},    {kNormal, 0.15},   {kNormal, 0.2},    {kNormal, 0.25},   {kNormal, 0.3},
-      {kNormal, 0.4},    {kNormal, 0.6},    {kIsotropic, 0.1}, {kIsotropic, 0.2}, {kIsotropic, 0.3}, {kIsotropic, 0.5},
-      {kImpulsive, 0.3}, {kImpulsive, 0.5}, {kGrowing, 0.15},  {kGrowing, 0.3},   {kNormal, 0.35}};
+  const std::span noises = training_noises();
   std::vector<Row> rows;
   const auto add = [&](const std::string& model, const std::string& family) {
     Row& row = rows.emplace_back(Row{model, family, {}});
@@ -243,6 +240,14 @@ std::optional<Mesh> original_of(const std::string& model) {
 }
 
 }  // namespace
+
+std::span<const std::pair<Noise, double>> training_noises() {
+  static const std::vector<std::pair<Noise, double>> noises{
+      {kNormal, 0.05},   {kNormal, 0.1},    {kNormal, 0.15},   {kNormal, 0.2},    {kNormal, 0.25},   {kNormal, 0.3},
+      {kNormal, 0.4},    {kNormal, 0.6},    {kIsotropic, 0.1}, {kIsotropic, 0.2}, {kIsotropic, 0.3}, {kIsotropic, 0.5},
+      {kImpulsive, 0.3}, {kImpulsive, 0.5}, {kGrowing, 0.15},  {kGrowing, 0.3},   {kNormal, 0.35}};
+  return noises;
+}
 
 std::string PairRecipe::name() const {
   return noise == Noise::kMeasured ? model : fmt::format("{}-{}-{}", model, word_of(noise), level);

@@ -2,7 +2,9 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/mesh/mesh.h"
@@ -34,6 +36,9 @@ struct PairRecipe {
 /// automatic choice is fitted to the last one, which shares no family of models with the held-out pairs.
 enum class PairSet { kDevelopment, kHeldOut, kShort, kTraining };
 std::vector<PairRecipe> recipes_of(PairSet set);
+
+/// Kinds and levels of noise to fit the automatic choice to.
+std::span<const std::pair<Noise, double>> training_noises();
 
 /// Nothing where the model is not on this machine. `folder` has the pairs with measured noise, each as original.obj and
 /// noisy.obj in a folder of its own.
