@@ -19,8 +19,9 @@
 namespace crease {
 namespace {
 
-/// Stages of a usual run, which progress is measured in; runs may take fewer or more.
-constexpr std::uint32_t kUsualStages = 16;
+/// Stages of a usual run, which progress is measured in; runs may take fewer or more. Those of scans solve ten to
+/// fourteen weights.
+constexpr std::uint32_t kUsualStages = 16, kUsualStagesOfScan = 28;
 /// That labels of snapshots are for, in ℓ.
 constexpr double kUsualNoise = 0.2;
 
@@ -111,6 +112,7 @@ class AutomaticRun {
       const Solve solve = [&](const SolveRequest& request) { return solved(request); };
       const ChoiceOptions options = choice_options(options_);
       const std::optional<NoiseSpectrum> spectrum = correlated_noise(surface, options);
+      if (spectrum) usual_stages_ = kUsualStagesOfScan;
       const ChoiceResult chosen = spectrum ? remove_correlated_noise(surface, mesh, *spectrum, options, solve, report)
                                            : choose_and_solve(surface, mesh, precisions_, options, solve, report);
       result_.positions = upload_positions(chosen.positions);
@@ -178,7 +180,7 @@ class AutomaticRun {
       const SweepRecord& record = result_.sweeps.back();
       const auto positions = [&] { return upload_positions(latest_); };
       const auto now_labelled = [&] { return labels(angles(), kUsualNoise); };
-      const std::uint32_t total = std::max(kUsualStages, record.sweep + 1);
+      const std::uint32_t total = std::max(usual_stages_, record.sweep + 1);
       if (!context_.on_sweep({record, total, seconds(), now_labelled, positions, checkpoint})) return false;
     }
     return !context_.cancel.load();
@@ -318,7 +320,6 @@ class AutomaticRun {
     return dihedral_angles(*mesh_, positions);
   }
 
-  /// The probability that an edge is a ridge, by its dihedral angle in a result.
   /// The probability that an edge is a ridge, over 25° in the original: a logistic function of the angle that is steep
   /// where there is little noise. Its constants were fitted to the training pairs of tests/quality.
   std::vector<double> labels(const std::vector<float>& angles, double noise_sigma) const {
@@ -350,6 +351,7 @@ class AutomaticRun {
   const FlatMesh* mesh_ = nullptr;
   SmoothResult result_;
   FlatVectors latest_;  ///< positions of the whole mesh
+  std::uint32_t usual_stages_ = kUsualStages;
   EndedDescent ended_;  ///< with uncertainty
 
   std::string done_;          ///< solves, as checkpoints have them
