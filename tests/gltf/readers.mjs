@@ -203,9 +203,12 @@ for (const [name, extension, options] of [
   const document = await io.readBinary(new Uint8Array(readFileSync(path("obj.glb"))));
   for (const mesh of document.getRoot().listMeshes()) {
     for (const primitive of mesh.listPrimitives()) {
-      if (primitive.getMode() !== 4) primitive.dispose();
+      if (primitive.getMode() !== 4) {
+        primitive.dispose();
+        continue;
+      }
       for (const semantic of primitive.listSemantics()) if (semantic.startsWith("_")) primitive.setAttribute(semantic, null);
-      if (primitive.getMode() === 4) dropUnusedVertices(primitive);
+      dropUnusedVertices(primitive);
     }
   }
   document.createExtension(extension).setRequired(true).setEncoderOptions(options);
