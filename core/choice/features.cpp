@@ -31,7 +31,9 @@ class Description {
     }
     for (std::size_t e = 0; e < mesh.edge_count; ++e) {
       const auto from = vector_at(positions, end_of(e, 0)), to = vector_at(positions, end_of(e, 1));
-      edges_.push_back(Vec3(to[0] - from[0], to[1] - from[1], to[2] - from[2]));
+      const Vec3 edge(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+      lengths_.push_back(edge.norm());
+      directions_.push_back(direction(edge));
     }
   }
 
@@ -85,11 +87,11 @@ class Description {
   /// How much their lengths differ.
   void describe_edges() {
     double sum = 0, squares = 0;
-    for (const Vec3& edge : edges_) {
-      sum += edge.norm();
-      squares += edge.squaredNorm();
+    for (const double length : lengths_) {
+      sum += length;
+      squares += length * length;
     }
-    const double count = std::max(1.0, static_cast<double>(edges_.size())), mean = sum / count;
+    const double count = std::max(1.0, static_cast<double>(lengths_.size())), mean = sum / count;
     add(mean > 0 ? std::sqrt(std::max(0.0, squares / count - mean * mean)) / mean : 0);
   }
 
@@ -98,9 +100,9 @@ class Description {
     constexpr double kGoesOn = 0.5, kGoesStraightOn = 0.87;  // cosines of the turn
     constexpr double kFewestEnds = 20, kFewestVertices = 10;
     double length = 0, ridge_length = 0, ends = 0, going_on = 0, going_straight_on = 0, vertices = 0, unbranched = 0;
-    for (std::size_t e = 0; e < edges_.size(); ++e) {
-      length += edges_[e].norm();
-      if (bends_[e] > least_bend) ridge_length += edges_[e].norm();
+    for (std::size_t e = 0; e < lengths_.size(); ++e) {
+      length += lengths_[e];
+      if (bends_[e] > least_bend) ridge_length += lengths_[e];
     }
     std::vector<Vec3> ways;
     for (std::size_t v = 0; v < mesh_.vertex_count; ++v) {
@@ -129,8 +131,7 @@ class Description {
     ways.clear();
     for (const Index e : mesh_.vertex_stencils[v]) {
       if (bends_[e] <= least_bend || (end_of(e, 0) != v && end_of(e, 1) != v)) continue;
-      const Vec3 way = direction(edges_[e]);
-      ways.push_back(end_of(e, 0) == v ? way : -way);
+      ways.push_back(end_of(e, 0) == v ? directions_[e] : -directions_[e]);
     }
   }
 
@@ -211,7 +212,8 @@ class Description {
   const Evidence& evidence_;
   const std::vector<float>& residuals_;
   std::vector<float> bends_;
-  std::vector<Vec3> edges_;  ///< from their first to their second end
+  std::vector<double> lengths_;   ///< of edges
+  std::vector<Vec3> directions_;  ///< from their first to their second end
   Features features_{};
   std::size_t known_ = 0;
 };
