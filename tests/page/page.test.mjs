@@ -300,10 +300,16 @@ test('pasted text is a mesh, and what was there before is offered at the start',
   await page.context().close();
 });
 
+/** A job that runs until somebody stops it, on any machine. */
+async function longJob(url) {
+  const sample = await (await fetch(`${url}v1/samples/part.ply`)).arrayBuffer();
+  const answer = await fetch(`${url}v1/jobs?sweeps=100000`, { method: 'POST', headers: { 'Content-Type': 'model/ply' }, body: sample });
+  return (await answer.json()).id;
+}
+
 test('a job outlives a restart of the service, and the page waits for it', async () => {
   const own = await new Service(bin).start();
-  const sample = await (await fetch(`${own.url}v1/samples/part.ply`)).arrayBuffer();
-  const { id } = await (await fetch(`${own.url}v1/jobs?sweeps=100000`, { method: 'POST', headers: { 'Content-Type': 'model/ply' }, body: sample })).json();
+  const id = await longJob(own.url);
   const page = await openPage(browser, `${own.url}#job=${id}`);
   try {
     await page.locator('.run').getByText('Smoothing').waitFor();
@@ -337,11 +343,10 @@ test('behind a path', async () => {
 });
 
 test('a job is cancelled, and one outlives a reload', async () => {
-  const page = await openPage(browser, service.url);
-  await page.getByRole('button', { name: /A scan/ }).click();
-  await page.waitForURL(/#job=/);
+  const page = await openPage(browser, `${service.url}#job=${await longJob(service.url)}`);
+  await page.locator('.run').getByText('Smoothing').waitFor();
   await page.reload();
-  await page.locator('.run').waitFor();
+  await page.locator('.run').getByText('Smoothing').waitFor();
   await page.getByRole('button', { name: 'Cancel' }).click();
   await page.getByText('The job was stopped', { exact: false }).waitFor();
   assert.deepEqual(page.faults, []);
