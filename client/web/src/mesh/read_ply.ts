@@ -1,5 +1,5 @@
 import type { Triangles } from './read';
-import { Cursor } from './read_text';
+import { Cursor, indices } from './read_text';
 
 interface Property {
   name: string;
@@ -18,7 +18,10 @@ const kSizes: Record<string, number> = {
   int: 4, uint: 4, int32: 4, uint32: 4, float: 4, float32: 4, double: 8, float64: 8,
 };
 
-type Source = (type: string) => number;
+/** Reads the next number of the file. */
+type Next = () => number;
+/** What reads numbers of a type. */
+type Source = (type: string) => Next;
 
 export function readPly(buffer: ArrayBuffer): Triangles {
   const bytes = new Uint8Array(buffer);
@@ -38,12 +41,11 @@ export function readPly(buffer: ArrayBuffer): Triangles {
     cursor.skipLine();
     if (word === 'end_header') break;
   }
-  const next = format === 'ascii' ? textSource(cursor) : binarySource(buffer, cursor.at, format.includes('little'));
-  return readElements(elements, next);
+  return readElements(elements, format === 'ascii' ? textSource(cursor) : binarySource(buffer, cursor.at, format.includes('little')));
 }
 
 function textSource(cursor: Cursor): Source {
-  return () => {
+  return () => () => {
     cursor.skipSpace();
     return cursor.number();
   };
@@ -52,45 +54,62 @@ function textSource(cursor: Cursor): Source {
 function binarySource(buffer: ArrayBuffer, start: number, little: boolean): Source {
   const data = new DataView(buffer);
   let at = start;
-  return (type) => {
+  const sized = (size: number, get: (at: number) => number): Next => () => {
     const here = at;
-    at += kSizes[type] ?? 4;
+    at += size;
+    return get(here);
+  };
+  return (type) => {
+    const size = kSizes[type] ?? 4;
     switch (type) {
-      case 'char': case 'int8': return data.getInt8(here);
-      case 'uchar': case 'uint8': return data.getUint8(here);
-      case 'short': case 'int16': return data.getInt16(here, little);
-      case 'ushort': case 'uint16': return data.getUint16(here, little);
-      case 'int': case 'int32': return data.getInt32(here, little);
-      case 'uint': case 'uint32': return data.getUint32(here, little);
-      case 'double': case 'float64': return data.getFloat64(here, little);
-      default: return data.getFloat32(here, little);
+      case 'char': case 'int8': return sized(size, (here) => data.getInt8(here));
+      case 'uchar': case 'uint8': return sized(size, (here) => data.getUint8(here));
+      case 'short': case 'int16': return sized(size, (here) => data.getInt16(here, little));
+      case 'ushort': case 'uint16': return sized(size, (here) => data.getUint16(here, little));
+      case 'int': case 'int32': return sized(size, (here) => data.getInt32(here, little));
+      case 'uint': case 'uint32': return sized(size, (here) => data.getUint32(here, little));
+      case 'double': case 'float64': return sized(size, (here) => data.getFloat64(here, little));
+      default: return sized(size, (here) => data.getFloat32(here, little));
     }
   };
 }
 
-function readElements(elements: Element[], next: Source): Triangles {
+function readElements(elements: Element[], source: Source): Triangles {
   let positions = new Float64Array(0);
-  const index: number[] = [];
-  const corners: number[] = [];
-  for (const element of elements) {
-    if (element.name === 'vertex') positions = new Float64Array(3 * element.count);
-    const slots = element.properties.map((one) => (element.name === 'vertex' ? 'xyz'.indexOf(one.name) : -1));
-    for (let i = 0; i < element.count; ++i) {
-      element.properties.forEach((property, p) => {
-        const slot = property.name.length === 1 ? slots[p]! : -1;
-        if (property.length === undefined) {
-          const value = next(property.type);
-          if (slot >= 0) positions[3 * i + slot] = value;
-          return;
-        }
-        const count = next(property.length);
-        corners.length = 0;
-        for (let k = 0; k < count; ++k) corners.push(next(property.type));
-        if (element.name !== 'face' || !/^vertex_ind/.test(property.name)) return;
-        for (let k = 2; k < count; ++k) index.push(corners[0]!, corners[k - 1]!, corners[k]!);
-      });
+  const index = indices();
+  for (const { name, count, properties } of elements) {
+    if (name === 'vertex') positions = new Float64Array(3 * count);
+    const readers = properties.map((property) => reader(property, name, source, positions, index));
+    for (let i = 0; i < count; ++i) {
+      for (const read of readers) read(i);
     }
     if (positions.length > 0 && index.length > 0) break;
   }
-  return { positions, index: Uint32Array.from(index) };
+  return { positions, index: index.taken() };
+}
+
+/** What reads a property of the i-th of its elements, and keeps coordinates and faces. */
+function reader(property: Property, element: string, source: Source, positions: Float64Array, index: ReturnType<typeof indices>): (i: number) => void {
+  const next = source(property.type);
+  const axis = element === 'vertex' && property.name.length === 1 ? 'xyz'.indexOf(property.name) : -1;
+  if (property.length === undefined) {
+    if (axis < 0) return () => void next();
+    return (i) => { positions[3 * i + axis] = next(); };
+  }
+  const length = source(property.length);
+  if (element !== 'face' || !/^vertex_ind/.test(property.name)) {
+    return () => { for (let left = length(); left > 0; --left) next(); };
+  }
+  return () => {
+    const count = length();
+    const first = count > 0 ? next() : 0;
+    let last = count > 1 ? next() : 0;
+    for (let k = 2; k < count; ++k) {
+      const corner = next();
+      index.push(first);
+      index.push(last);
+      index.push(corner);
+      last = corner;
+    }
+  };
 }

@@ -83,7 +83,7 @@ class Growing<T extends Float64Array | Uint32Array> {
   }
 }
 const doubles = () => new Growing(new Float64Array(4096), (n) => new Float64Array(n));
-const indices = () => new Growing(new Uint32Array(4096), (n) => new Uint32Array(n));
+export const indices = () => new Growing(new Uint32Array(4096), (n) => new Uint32Array(n));
 
 export function readObj(buffer: ArrayBuffer): Triangles {
   const cursor = new Cursor(new Uint8Array(buffer));
