@@ -9,8 +9,11 @@ import { chromium } from 'playwright-core';
 const kFlags = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', '--force-color-profile=srgb', '--font-render-hinting=none', '--disable-lcd-text'];
 const kBrowsers = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
 
+// Seconds that anything may take on a busy machine.
+const kPatience = 120;
+
 /** Resolves once `ready` gives something, looking every 50 ms. */
-export async function until(what, ready, seconds = 40) {
+export async function until(what, ready, seconds = kPatience) {
   for (const end = Date.now() + 1000 * seconds; Date.now() < end; ) {
     const value = await ready();
     if (value) return value;
@@ -59,6 +62,7 @@ export function openBrowser() {
 /** A page in a window of its own that keeps what must not happen: errors on its console, requests elsewhere. */
 export async function openPage(browser, url, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 720 }, reducedMotion: 'reduce', ...options });
+  context.setDefaultTimeout(1000 * kPatience);
   const page = await context.newPage();
   page.faults = [];
   page.on('console', (message) => {
@@ -97,6 +101,22 @@ export function cubeObj(n = 6) {
   let seed = 1;
   const noise = () => { seed = (seed * 16807) % 2147483647; return (seed / 2147483647 - 0.5) * 0.4; };
   return `${[...vertices.keys()].map((p) => `v ${p.split(' ').map((x) => Number(x) + noise()).join(' ')}`).join('\n')}\n${faces.join('\n')}\n`;
+}
+
+/** Two cubes, one node above the other, as GLB. */
+export function towerGlb() {
+  const corners = [...Array(8).keys()].flatMap((k) => [k & 1, (k >> 1) & 1, k >> 2].map((one) => 2 * one - 1));
+  const faces = [0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5];
+  const binary = Buffer.concat([Buffer.from(Float32Array.from(corners).buffer), Buffer.from(Uint16Array.from(faces).buffer)]);
+  const json = Buffer.from(JSON.stringify({
+    asset: { version: '2.0' }, scene: 0, scenes: [{ nodes: [0, 1] }], nodes: [{ mesh: 0 }, { mesh: 0, translation: [0, 0, 6] }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1 }] }],
+    accessors: [{ bufferView: 0, componentType: 5126, count: 8, type: 'VEC3', min: [-1, -1, -1], max: [1, 1, 1] }, { bufferView: 1, componentType: 5123, count: 36, type: 'SCALAR' }],
+    bufferViews: [{ buffer: 0, byteLength: 96 }, { buffer: 0, byteOffset: 96, byteLength: 72 }], buffers: [{ byteLength: 168 }],
+  }));
+  const padded = Buffer.concat([json, Buffer.alloc((4 - (json.length % 4)) % 4, ' ')]);
+  const words = (...numbers) => Buffer.from(Uint32Array.from(numbers).buffer);
+  return Buffer.concat([words(0x46546c67, 2, 28 + padded.length + binary.length, padded.length, 0x4e4f534a), padded, words(binary.length, 0x004e4942), binary]);
 }
 
 /** A square with waves of so many vertices along a side, as binary PLY. */

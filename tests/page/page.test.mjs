@@ -6,7 +6,8 @@ import { mkdirSync, readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { cubeObj, openBrowser, openPage, Service, until, wavesPly } from './bench.mjs';
+import { PNG } from 'pngjs';
+import { cubeObj, openBrowser, openPage, Service, towerGlb, until, wavesPly } from './bench.mjs';
 import { compare, lookAt, reduced } from './compare.mjs';
 
 const bin = process.env.CREASED_BIN ?? 'build/release/bin';
@@ -25,7 +26,7 @@ after(async () => {
 });
 
 const shot = (page, name) => lookAt(page, shots, name);
-const done = (page) => page.locator('#result .figures').waitFor({ timeout: 120_000 });
+const done = (page) => page.locator('#result .figures').waitFor();
 
 const cube = { name: 'cube.obj', mimeType: 'model/obj', buffer: Buffer.from(cubeObj()) };
 
@@ -84,7 +85,6 @@ test('a sample is smoothed: divider, ridges, colours, section, downloads', async
   const page = await openPage(browser, service.url);
   await page.getByRole('button', { name: /machined part/ }).click();
   await page.locator('.gear').waitFor();
-  await page.locator('.run progress[value]').waitFor({ state: 'attached' }); // the job may be over by now
   await page.screenshot({ path: join(shots, 'running.png') });
   await done(page);
   await page.getByRole('slider', { name: /Divider/ }).waitFor();
@@ -128,6 +128,84 @@ test('a refused upload is explained where it happens, and a good one follows', a
   await page.getByLabel('Mesh file').setInputFiles(cube);
   await done(page);
   assert.equal(await page.getByRole('alert').isVisible(), false);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test('a file is dropped beside its materials, a mesh is pasted, and the way back leads to the start', async () => {
+  const page = await openPage(browser, service.url);
+  const give = (type, files, text) => page.evaluate(([type, files, text]) => {
+    const data = new DataTransfer();
+    for (const [name, content] of files) data.items.add(new File([content], name));
+    if (text) data.setData('text/plain', text);
+    const event = type === 'paste' ? new ClipboardEvent(type, { clipboardData: data, bubbles: true }) : new DragEvent(type, { dataTransfer: data, bubbles: true, cancelable: true });
+    document.body.dispatchEvent(event);
+  }, [type, files, text]);
+  await give('drop', [['cube.mtl', 'newmtl red'], ['cube.obj', cube.buffer.toString()]]);
+  await done(page);
+  assert.match(await page.locator('#now').textContent(), /cube\.obj.*done/);
+  await give('paste', [], cube.buffer.toString());
+  await page.locator('#now').getByText('pasted').waitFor();
+  await done(page);
+  await page.goBack();
+  await page.locator('#now').getByText('cube.obj').waitFor();
+  await done(page);
+  await page.goBack();
+  await page.getByRole('button', { name: 'Choose a file' }).waitFor();
+  await page.locator('.recent').getByRole('button', { name: /cube/ }).first().waitFor();
+  assert.equal(await page.locator('#now').textContent(), '');
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test('all parts of a scene are in view, before the job and after', async () => {
+  const page = await openPage(browser, service.url);
+  const inView = async () => {
+    const { width, height, data } = PNG.sync.read(await page.locator('canvas').screenshot());
+    const background = (x) => data[4 * ((height - 1) * width + x)] > 230;
+    return [...Array(width).keys()].every(background);
+  };
+  let send;
+  const held = new Promise((resolve) => { send = resolve; });
+  await page.route('**/v1/jobs', async (route) => {
+    if (route.request().method() === 'POST') await held;
+    await route.continue();
+  });
+  await page.getByLabel('Mesh file').setInputFiles({ name: 'tower.glb', mimeType: 'model/gltf-binary', buffer: towerGlb() });
+  await page.locator('.gear').waitFor();
+  await page.locator('.run').evaluate((card) => { card.style.visibility = 'hidden'; });
+  await until('the preview is in view', inView);
+  send();
+  await done(page);
+  await page.getByRole('button', { name: 'After', exact: true }).click();
+  await until('the result is in view', inView);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test('an upload is cancelled, and sent again', async () => {
+  const page = await openPage(browser, service.url);
+  let stalled = true;
+  await page.route('**/v1/jobs', (route) => (stalled && route.request().method() === 'POST' ? undefined : route.continue()));
+  await page.getByLabel('Mesh file').setInputFiles(cube);
+  await page.getByRole('button', { name: 'Cancel' }).click();
+  await page.locator('#now').getByText('not sent').waitFor();
+  stalled = false;
+  await page.getByRole('button', { name: 'Smooth again' }).click();
+  await done(page);
+  assert.deepEqual(page.faults, []);
+  await page.context().close();
+});
+
+test('what is wrong with a mesh is said once, in words', async () => {
+  const page = await openPage(browser, service.url);
+  const fan = 'v 0 0 0\nv 0 0 1\nv 1 0 0\nv 0 1 0\nv -1 -1 0\nv 9 9 9\nf 1 2 3\nf 1 2 4\nf 1 2 5\nf 3 1 2\nf 1 1 2\n';
+  await page.getByLabel('Mesh file').setInputFiles({ name: 'fan.obj', mimeType: 'model/obj', buffer: Buffer.from(fan) });
+  await done(page);
+  const said = await page.locator('.findings li').allTextContents();
+  const about = (words) => assert.equal(said.filter((text) => words.test(text)).length, 1, `${words} in ${said.join(' / ')}`);
+  [/^1 edge lies between more than two faces/, /^1 face has no area/, /^1 face is there more than once/, /^1 vertex belongs to no face/].forEach(about);
+  assert.equal(said.filter((text) => /^1 [a-z]+ have/.test(text)).length, 0);
   assert.deepEqual(page.faults, []);
   await page.context().close();
 });
@@ -223,6 +301,11 @@ test('what is under the pointer, lengths, the list of ridges, a section, and num
   await page.mouse.click(x + 60, y + 20);
   await page.locator('.measure-text').getByText(/units, .* edges/).waitFor();
   await page.keyboard.press('m');
+  // The same without a pointer.
+  await page.locator('canvas').focus();
+  for (const key of ['m', 'Enter', 'ArrowRight', 'Enter']) await page.keyboard.press(key);
+  await page.locator('.measure-text').getByText(/units, .* edges/).waitFor();
+  await page.keyboard.press('m');
   await page.locator('#ridges > summary').click();
   const before = await page.locator('canvas').screenshot();
   await page.locator('#ridges li button').first().focus();
@@ -316,9 +399,9 @@ test('a job outlives a restart of the service, and the page waits for it', async
     await own.stop();
     await page.locator('.run').getByText(/connection is lost/).waitFor();
     await own.start(own.port);
-    await page.locator('.run').getByText('Smoothing').waitFor({ timeout: 120_000 });
+    await page.locator('.run').getByText('Smoothing').waitFor();
     await page.getByRole('button', { name: 'Cancel' }).click();
-    await page.getByText('The job was stopped', { exact: false }).waitFor({ timeout: 120_000 });
+    await page.getByText('The job was stopped', { exact: false }).waitFor();
     assert.deepEqual(page.faults, []);
   } finally {
     await page.context().close();

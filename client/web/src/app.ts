@@ -39,7 +39,7 @@ export class Workbench {
   private readonly ruler: Ruler;
   private readonly hover: Hover;
   private readonly notice = new Notice();
-  private readonly run = new RunCard(() => void this.cancel());
+  private readonly run = new RunCard(() => this.cancel());
   private readonly commands = new Commands();
   private readonly ridges = new RidgeList((vertices, closed) => {
     this.stage.after.light(vertices, closed);
@@ -109,8 +109,7 @@ export class Workbench {
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.theme());
     this.canvas.addEventListener('click', (event) => {
       if (!this.ruler.on) return;
-      const hit = this.stage.pick(event.offsetX, event.offsetY);
-      if (hit) this.ruler.add(hit);
+      this.ruler.addAt(event.offsetX, event.offsetY);
     });
   }
 
@@ -124,6 +123,7 @@ export class Workbench {
       r: () => this.look.toggleRidges(),
       m: () => this.views.ruler.click(),
       i: () => this.hover.atMiddle(),
+      Enter: () => target === this.canvas && this.ruler.on && this.ruler.addAt(this.canvas.clientWidth / 2, this.canvas.clientHeight / 2),
       o: () => this.file.click(),
       '?': showKeys,
     };
@@ -142,13 +142,22 @@ export class Workbench {
   /** Shows the job that the address names, or the start. */
   private async route(): Promise<void> {
     const place = placeOf(location.hash);
-    if (!place) {
-      if (!this.job && !this.upload) this.showWelcome();
-      return;
-    }
-    if (place.job === this.job?.id) return;
+    if (!place) return this.goToStart();
+    if (place.job === this.job?.id && place.with === this.compared?.job.id) return;
     this.client = clientWith(linksOf(place));
     await this.attempt(async () => this.reopen(await this.client.job(place.job), place.with));
+  }
+
+  private async goToStart(): Promise<void> {
+    this.leave();
+    for (const one of ['upload', 'job', 'compared'] as const) delete this[one];
+    this.stage.clear();
+    this.views.offer(false, false);
+    fill(this.now);
+    document.title = 'creased';
+    this.drawPanel();
+    this.showWelcome();
+    await this.attempt(() => this.offerRecent());
   }
 
   private showWelcome(): void {
@@ -183,7 +192,7 @@ export class Workbench {
     const shown = upload.bytes.arrayBuffer()
       .then((bytes) => readInWorker(bytes, upload.name, false))
       .then((surface) => {
-        if (this.upload !== upload || this.outcome) return;
+        if (this.upload !== upload || this.outcome || this.refused) return;
         this.stage.open(surface);
         this.views.offer(true, false);
       })
@@ -207,6 +216,7 @@ export class Workbench {
       history.pushState(null, '', hashOf({ job: job.id, ...(this.compared ? { with: this.compared.job.id } : {}) }));
       await this.follow(job, signal);
     });
+    if (!signal.aborted) this.run.end();
   }
 
   private async reopen(job: Job, other?: string): Promise<void> {
@@ -223,6 +233,7 @@ export class Workbench {
       if (other) this.compared = await loadOutcome(this.client, await this.client.job(other), signal);
       await this.follow(job, signal);
     });
+    if (!signal.aborted) this.run.end();
   }
 
   /** Stays with a job until it has ended, and shows what it made. */
@@ -240,8 +251,10 @@ export class Workbench {
       snapshots.stop();
     }
     this.setJob(job);
-    if (job.state === 'succeeded') await this.showOutcome(await loadOutcome(this.client, job, signal));
-    this.run.end(job);
+    if (job.state === 'succeeded') {
+      this.run.loading();
+      await this.showOutcome(await loadOutcome(this.client, job, signal));
+    }
     if (job.state === 'failed') this.notice.show('The job failed', job.error?.detail || job.error?.title || '');
     if (job.state === 'cancelled') this.notice.show('Cancelled', 'The job was stopped. Change the parameters and smooth again, or open another mesh.');
     this.drawPanel();
@@ -253,6 +266,7 @@ export class Workbench {
     if (!stage.before.surface && !stage.after.surface) stage.open(surface, 'after');
     else {
       stage.show('after', surface);
+      stage.lookAgain(surface);
       this.views.show('after');
     }
     if (surface.ridges) {
@@ -267,7 +281,10 @@ export class Workbench {
     this.outcome = outcome;
     const { stage } = this;
     if (fresh) stage.open(outcome.measured ?? outcome.surface, 'before');
-    else if (outcome.measured) stage.show('before', outcome.measured);
+    else if (outcome.measured) {
+      stage.show('before', outcome.measured);
+      stage.lookAgain(outcome.measured);
+    }
     stage.show('after', outcome.surface);
     stage.after.setRidges(sortedRidges(outcome.labels.edges, outcome.labels.labels));
     this.look.offer(measuresOf({
@@ -371,10 +388,20 @@ export class Workbench {
   }
 
   private async cancel(): Promise<void> {
-    this.run.cancelling();
-    if (!this.job || this.job.state === 'succeeded') return this.leave();
-    const { id } = this.job;
-    await this.attempt(() => this.client.cancel(id));
+    const { job, upload } = this;
+    if (job && (job.state === 'queued' || job.state === 'running')) {
+      await this.attempt(() => this.client.cancel(job.id));
+      return;
+    }
+    // The next job is still on its way to the service.
+    if (job) return this.reopen(job);
+    this.leave();
+    if (upload) this.say(upload.name, 'not sent');
+  }
+
+  /** Whether the service has refused the upload, so that the start is shown again. */
+  private get refused(): boolean {
+    return document.getElementById('welcome') !== null;
   }
 
   /** Stops following what was followed. */
@@ -420,7 +447,6 @@ export class Workbench {
 
   private fail(error: unknown): void {
     if (error instanceof DOMException && error.name === 'AbortError') return;
-    this.run.end();
     if (!(error instanceof CreasedError)) {
       this.notice.show('Something went wrong on this page', String(error));
       throw error;

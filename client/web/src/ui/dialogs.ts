@@ -1,6 +1,6 @@
-import type { Client, Job } from 'creased-client';
+import { CreasedError, type Client, type Job } from 'creased-client';
 import { h, iconButton } from './dom';
-import { count, parameterWords, stateWord } from './words';
+import { count, errorWords, parameterWords, stateWord } from './words';
 
 /** A window over the page, which closes by its button, by Escape, or by a click beside it. */
 export function openDialog(title: string, ...content: Node[]): HTMLDialogElement {
@@ -80,12 +80,14 @@ async function listJobs(client: Client, title: string, query: { state?: Job['sta
   return dialog;
 }
 
+const refusal = (error: unknown): HTMLElement =>
+  h('span', { class: 'error', role: 'alert' }, error instanceof CreasedError ? errorWords(error) : String(error));
+
 /** The jobs of the service that this caller may see. */
 export async function showJobs(client: Client, open: (job: Job) => void): Promise<void> {
   const dialog = await listJobs(client, 'Jobs', {}, (job) => {
     const remove = iconButton('close', `Delete ${nameOf(job)}`, async () => {
-      await client.remove(job.id);
-      row.remove();
+      await client.remove(job.id).then(() => row.remove(), (error: unknown) => row.append(refusal(error)));
     });
     const row = h('li', { class: 'row' }, jobButton(job, sizeAndDate(job), () => { dialog.close(); open(job); }), remove);
     return row;
@@ -115,7 +117,7 @@ export function chooseOther(client: Client, job: Job): Promise<Job | undefined> 
 const kKeys: [string, string][] = [
   ['drag', 'turn'], ['shift + drag', 'move'], ['wheel or + −', 'come closer, go away'], ['arrow keys', 'turn; with shift, move'],
   ['space', 'flip between before and after'], ['d', 'divider'], ['f', 'everything in view'], ['w', 'wireframe'], ['r', 'ridges'],
-  ['m', 'measure'], ['i', 'the numbers in the middle of the view'], ['o', 'open a file'], ['?', 'this list'],
+  ['m', 'measure; enter takes the point in the middle of the view'], ['i', 'the numbers in the middle of the view'], ['o', 'open a file'], ['?', 'this list'],
 ];
 
 export function showKeys(): void {

@@ -15,6 +15,8 @@ export function factsOf(job: Job): HTMLElement {
     h('ul', { class: 'findings' }, ...findings(job).map((one) => h('li', { class: one.tone }, one.text))));
 }
 
+const edges = (x: number): string => `${number(x, 2)} ${number(x, 2) === '1' ? 'edge' : 'edges'}`;
+
 type Figure = [name: string, value: (job: Job) => string];
 const kFigures: Figure[] = [
   ['Ridge edges', (job) => whole(job.result!.ridge_edges)],
@@ -22,8 +24,8 @@ const kFigures: Figure[] = [
   ['Corners', (job) => whole(job.result!.corners)],
   ['Smooth segments', (job) => whole(job.result!.segments)],
   ['Length of ridges', (job) => `${number(job.result!.ridge_length, 4)} units`],
-  ['Moved, typically', (job) => `${number(job.result!.rms_displacement, 2)} edges`],
-  ['Moved, at most', (job) => `${number(job.result!.max_displacement, 2)} edges`],
+  ['Moved, typically', (job) => edges(job.result!.rms_displacement)],
+  ['Moved, at most', (job) => edges(job.result!.max_displacement)],
   ['Volume', (job) => job.input.boundary_edges > 0 ? 'open' : `${job.result!.volume_change >= 0 ? '+' : '−'}${percent(Math.abs(job.result!.volume_change))}`],
   ['Time', (job) => job.result!.seconds < 10 ? `${number(job.result!.seconds, 2)} s` : seconds(job.result!.seconds)],
 ];

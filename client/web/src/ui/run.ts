@@ -1,4 +1,4 @@
-import type { Job, Progress } from 'creased-client';
+import type { Progress } from 'creased-client';
 import { fill, h, svg } from './dom';
 import { number, seconds, stageWord } from './words';
 
@@ -36,8 +36,14 @@ export class RunCard {
   private ridgeCounts: number[] = [];
   private drawn = 0;
 
-  constructor(onCancel: () => void) {
-    this.cancel = h('button', { type: 'button', class: 'button', onclick: onCancel }, 'Cancel');
+  constructor(onCancel: () => Promise<void>) {
+    const cancel = async () => {
+      this.cancel.disabled = true;
+      this.title.textContent = 'Stopping';
+      await onCancel();
+      this.cancel.disabled = false;
+    };
+    this.cancel = h('button', { type: 'button', class: 'button', onclick: () => void cancel() }, 'Cancel');
     const more = h('details', { class: 'more', open: window.innerWidth > 900 }, h('summary', {}, 'Curves'), this.curves);
     fill(this.element, h('div', { class: 'row' }, h('div', { class: 'grow' }, this.title, ' ', this.left), this.cancel), this.bar, more);
   }
@@ -49,7 +55,7 @@ export class RunCard {
     this.title.textContent = words;
     this.left.textContent = '';
     this.bar.removeAttribute('value');
-    this.cancel.disabled = false;
+    this.cancel.hidden = false;
     this.element.querySelector('details')!.hidden = true;
   }
 
@@ -78,14 +84,17 @@ export class RunCard {
     this.ridgeCounts.push(count);
   }
 
-  cancelling(): void {
-    this.cancel.disabled = true;
-    this.title.textContent = 'Stopping';
+  /** The job has ended, and there is nothing left to cancel. */
+  loading(): void {
+    this.element.hidden = false;
+    this.title.textContent = 'Loading the result';
+    this.left.textContent = '';
+    this.bar.removeAttribute('value');
+    this.cancel.hidden = true;
   }
 
-  end(job?: Job): void {
+  end(): void {
     this.element.hidden = true;
-    if (job?.state === 'succeeded') this.bar.value = 1;
   }
 
   private draw(): void {
@@ -102,7 +111,7 @@ export class RunCard {
     const curves = [curve('Energy', terms)];
     if (this.past.some((p) => p.temperature !== 0)) curves.push(curve('Temperature', [of('temperature', 'c2', (p) => p.temperature)]));
     if (this.past.some((p) => p.acceptance !== 0)) curves.push(curve('Acceptance', [of('acceptance', 'c1', (p) => p.acceptance)]));
-    if (this.ridgeCounts.length > 1) curves.push(curve('Ridge edges', [{ name: 'ridge edges', colour: 'c3', values: this.ridgeCounts }]));
+    if (this.ridgeCounts.length > 1 && this.ridgeCounts.some((n) => n > 0)) curves.push(curve('Ridge edges', [{ name: 'ridge edges', colour: 'c3', values: this.ridgeCounts }]));
     fill(this.curves, ...curves);
   }
 }

@@ -118,7 +118,13 @@ export class Ruler {
     this.draw();
   }
 
-  add(end: End): void {
+  /** Takes the point of the mesh that is at a point of the canvas, where there is one. */
+  addAt(x: number, y: number): void {
+    const end = this.stage.pick(x, y);
+    if (end) this.add(end);
+  }
+
+  private add(end: End): void {
     if (this.ends.length === 2 || (this.ends[0] && this.ends[0].which !== end.which)) this.ends = [];
     this.ends.push(end);
     this.draw();
@@ -128,17 +134,26 @@ export class Ruler {
     if (!this.on) return;
     const at = this.ends.map((end) => this.stage.project(end.point, end.which));
     const circles = at.map(({ x, y }) => svg('circle', { cx: x, cy: y, r: 5 }));
+    const keys = this.stage.canvas.matches(':focus-visible');
     const [a, b] = at;
-    this.drawing.replaceChildren(...(a && b ? [svg('line', { x1: a.x, y1: a.y, x2: b.x, y2: b.y })] : []), ...circles);
+    this.drawing.replaceChildren(...(a && b ? [svg('line', { x1: a.x, y1: a.y, x2: b.x, y2: b.y })] : []), ...circles, ...(keys ? [this.cross()] : []));
     if (a && b) {
       const length = Math.hypot(...this.ends[0]!.point.map((x, k) => x - this.ends[1]!.point[k]!));
       const edges = this.edgeLength();
       this.text.textContent = `${number(length, 4)} units${edges > 0 ? `, ${number(length / edges, 3)} edges` : ''}`;
       this.place((a.x + b.x) / 2, (a.y + b.y) / 2);
     } else {
-      this.text.textContent = this.ends.length === 0 ? 'Click two points of the mesh.' : 'Click the second point.';
+      const way = keys ? 'Turn a point of the mesh to the cross and press Enter' : 'Click a point of the mesh';
+      this.text.textContent = this.ends.length === 0 ? `${way}, then another.` : `${way}: the second one.`;
       this.place(a?.x ?? this.stage.canvas.clientWidth / 2, a?.y ?? 96);
     }
+  }
+
+  /** Where Enter takes a point. */
+  private cross(): SVGElement {
+    const { clientWidth, clientHeight } = this.stage.canvas;
+    const x = clientWidth / 2, y = clientHeight / 2;
+    return svg('path', { d: `M${x - 9} ${y}h18M${x} ${y - 9}v18` });
   }
 
   private place(x: number, y: number): void {

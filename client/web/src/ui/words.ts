@@ -42,27 +42,37 @@ export function findings({ input, warnings }: Job): Finding[] {
   say('plain', `${count(input.vertices, 'vertex', 'vertices')} and ${count(input.faces, 'face')} in ${count(input.components, 'piece')}.`);
   if (input.boundary_edges === 0 && input.nonmanifold_edges === 0) say('good', 'Closed: every edge lies between two faces.');
   else if (input.boundary_edges > 0) say('plain', `Open: ${count(input.boundary_edges, 'boundary edge')}. It stays open.`);
-  if (input.nonmanifold_edges > 0) say('care', `${count(input.nonmanifold_edges, 'edge lies', 'edges lie')} between more than two faces. They are kept.`);
-  if (input.degenerate_faces > 0) say('care', `${count(input.degenerate_faces, 'face has', 'faces have')} no area.`);
-  if (input.duplicate_faces > 0) say('care', `${count(input.duplicate_faces, 'face is', 'faces are')} there twice.`);
-  if (input.flipped_faces > 0) say('care', `${count(input.flipped_faces, 'face points', 'faces point')} the other way than its neighbours.`);
-  if (input.isolated_vertices > 0) say('plain', `${count(input.isolated_vertices, 'vertex belongs', 'vertices belong')} to no face.`);
-  for (const { code, detail } of warnings) say('care', kWarnings[code]?.(input) ?? sentence(detail));
+  for (const { code, detail } of warnings) {
+    const [tone, text] = kWarnings[code]?.(input) ?? ['care', sentence(detail)];
+    say(tone, text);
+  }
   return found;
 }
 
-/** Warnings that speak of calls of the API, in words of the page. */
-const kWarnings: Record<string, (input: Job['input']) => string> = {
-  attributes_dropped: ({ attributes, format }) =>
-    `Beside its surface the file has: ${attributes.join(', ')}. The download as ${format.toUpperCase()} keeps all of it, other formats what they have a place for.`,
+type Words = [Finding['tone'], string];
+
+/** The usual warnings in words of the page. The others are shown as the service says them. */
+const kWarnings: Record<string, (input: Job['input']) => Words> = {
+  nonmanifold_edges: ({ nonmanifold_edges: n }) => ['care', `${count(n, 'edge lies', 'edges lie')} between more than two faces. Nothing is smoothed across ${n === 1 ? 'it' : 'them'}.`],
+  degenerate_faces: ({ degenerate_faces: n }) => ['care', `${count(n, 'face has', 'faces have')} no area, and ${n === 1 ? 'comes' : 'come'} back as ${n === 1 ? 'it is' : 'they are'}.`],
+  duplicate_faces: ({ duplicate_faces: n }) => ['care', `${count(n, 'face is', 'faces are')} there more than once: smoothed as one, and all are kept.`],
+  inconsistent_winding: ({ flipped_faces: n }) => ['care', `${count(n, 'face points', 'faces point')} the other way than the neighbours: smoothed as if turned, and kept as ${n === 1 ? 'it is' : 'they are'}.`],
+  isolated_vertices: ({ isolated_vertices: n }) => ['plain', `${count(n, 'vertex belongs', 'vertices belong')} to no face, and ${n === 1 ? 'stays' : 'stay'} in place.`],
+  vertices_welded: ({ coincident_vertices: n }) => ['plain', `${count(n, 'vertex lies', 'vertices lie')} exactly on another: they move as one, and all are kept.`],
+  attributes_dropped: ({ attributes, format }) => ['plain',
+    `Beside its surface the file has: ${attributes.join(', ')}. The download as ${format.toUpperCase()} keeps all of it, other formats what they have a place for.`],
 };
 
 /** How strong the noise is. What is seen at first sight is a number only: the word waits for the job, which knows better. */
 export function noiseWords({ input, result }: Job): [words: string, figure: string] {
   if (!result?.choice) return [`Noise: about ${number(input.noise_sigma, 2)} edge lengths`, 'at first sight'];
-  const { noise_sigma: sigma } = result.choice;
-  return [`Noise: ${noiseWord(sigma)}`, `${number(sigma, 2)} edge lengths`];
+  const { noise_sigma: sigma, noise_sigma_first: first } = result.choice;
+  return [`Noise: ${noiseWord(sigma)}`, `${number(sigma, 2)} edge lengths${isOther(first, sigma) ? `; ${number(first, 2)} at first sight` : ''}`];
 }
+
+// Estimates that differ by less are the same to the eye.
+const kOther = 1.3;
+const isOther = (first: number, sigma: number): boolean => Math.max(first, sigma) > 0.01 && Math.max(first / sigma, sigma / first) > kOther;
 
 function noiseWord(sigma: number): string {
   if (sigma < 0.01) return 'hardly any';
@@ -92,12 +102,15 @@ export function choiceWords(job: Job): string[] {
     if (choice.impulsive) noise += `, at ${percent(choice.moved_share)} of the vertices`;
     if (choice.varying) noise += ', stronger in some places than in others';
     words.push(`${noise}.`);
+    if (choice.correlation_length > 0 && isOther(choice.noise_sigma_first, choice.noise_sigma)) {
+      words.push(`At first sight it was ${number(choice.noise_sigma_first, 2)}: what neighbouring vertices have in common shows only beside a smoothed surface.`);
+    }
   }
   if (choice.spikes > 0) words.push(`${count(choice.spikes, 'vertex stuck out as a spike and was', 'vertices stuck out as spikes and were')} flattened.`);
   const kind = kSurfaces[choice.surface];
   if (kind) words.push(`The mesh was taken for ${kind}.`);
   const tried = choice.candidates.length;
-  if (tried > 1) words.push(`Of ${count(tried, 'setting')}, the one with the smallest expected error was taken${otherKinds(choice)}.`);
+  if (tried > 1) words.push(`Of ${count(tried, 'setting')}, the one with the smallest expected error was taken.${otherKinds(choice)}`);
   return words;
 }
 
@@ -107,7 +120,7 @@ type Choice = NonNullable<NonNullable<Job['result']>['choice']>;
 function otherKinds({ surface, margin, candidates }: Choice): string {
   const other = candidates.find((one) => one.surface !== surface && one.surface in kSurfaces);
   if (!other || margin <= 0) return '';
-  return `; taken for ${kSurfaces[other.surface]}, it would be about ${percent(margin)} larger`;
+  return ` For ${kSurfaces[other.surface]} it would have been about ${percent(margin)} larger.`;
 }
 
 export function stateWord(job: Job): string {

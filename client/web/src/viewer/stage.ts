@@ -8,6 +8,8 @@ import { pick, type Hit } from './pick';
 export type Arrangement = 'before' | 'after' | 'divided' | 'beside';
 
 const kRestMs = 180;
+// Noise and spikes change the extent of a mesh by less than this share of it.
+const kSameExtent = 0.25;
 
 /** The canvas with its two meshes. Draws only when something has changed. */
 export class Stage {
@@ -75,6 +77,16 @@ export class Stage {
   show(which: 'before' | 'after', surface: Surface): void {
     this[which].setSurface(surface, this.originNow);
     this.redraw();
+  }
+
+  /** Looks at a surface anew where it has another extent than what was looked at, such as a preview of a part of it. */
+  lookAgain(surface: Surface): void {
+    const { centre, radius } = boundsOf(surface.positions);
+    const moved = centre.map((x, k) => x + surface.origin[k]! - this.originNow[k]!) as [number, number, number];
+    const apart = Math.hypot(...moved.map((x, k) => x - this.bounds.centre[k]!));
+    if (apart + Math.abs(radius - this.bounds.radius) < kSameExtent * this.bounds.radius) return;
+    this.bounds = { centre: moved, radius };
+    this.reframe();
   }
 
   /** Everything in view again, as it was at first. */
