@@ -101,6 +101,7 @@ export class Workbench {
   private listen(): void {
     window.addEventListener('hashchange', () => void this.route());
     window.addEventListener('keydown', (event) => this.shortcut(event));
+    window.addEventListener('error', ({ message }) => this.notice.show('Something went wrong on this page', message));
     window.addEventListener('unhandledrejection', (event) => {
       if (!(event.reason instanceof CreasedError)) return;
       event.preventDefault();
@@ -161,14 +162,21 @@ export class Workbench {
   }
 
   private showWelcome(): void {
+    this.leaveWelcome();
     this.holder.classList.add('empty');
     this.panel.classList.add('empty');
-    document.getElementById('welcome')?.remove();
+    this.canvas.tabIndex = -1;
     this.holder.append(welcome({
       choose: () => this.file.click(),
       paste: () => void askForText().then((text) => (text ? this.open({ bytes: new Blob([text]), name: 'pasted' }) : undefined)),
       sample: (name) => void this.attempt(async () => this.open({ bytes: new Blob([await this.client.sample(name)]), name })),
     }));
+  }
+
+  private leaveWelcome(): void {
+    document.getElementById('welcome')?.remove();
+    this.holder.classList.remove('empty');
+    this.canvas.tabIndex = 0;
   }
 
   private async loadParameters(): Promise<void> {
@@ -184,8 +192,7 @@ export class Workbench {
     delete this.job;
     delete this.compared;
     this.drawPanel();
-    document.getElementById('welcome')?.remove();
-    this.holder.classList.remove('empty');
+    this.leaveWelcome();
     this.stage.clear();
     this.views.offer(false, false);
     this.say(upload.name, 'reading');
@@ -221,8 +228,7 @@ export class Workbench {
 
   private async reopen(job: Job, other?: string): Promise<void> {
     this.leave();
-    document.getElementById('welcome')?.remove();
-    this.holder.classList.remove('empty');
+    this.leaveWelcome();
     delete this.upload;
     delete this.compared;
     this.stage.clear();

@@ -16,7 +16,7 @@ export class Stage {
   readonly orbit: Orbit;
   readonly before = new Layer();
   readonly after = new Layer();
-  private readonly renderer: WebGLRenderer;
+  private made?: WebGLRenderer;
   private readonly scenes = { before: new Scene(), after: new Scene() };
   private arrangementNow: Arrangement = 'after';
   private dividerAt = 0.5;
@@ -28,17 +28,25 @@ export class Stage {
   onDraw: () => void = () => undefined;
 
   constructor(readonly canvas: HTMLCanvasElement) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: false });
-    this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
-    this.renderer.autoClear = false;
-    this.renderer.localClippingEnabled = true;
-    this.renderer.setClearColor(new Color(0), 0);
     this.orbit = new Orbit(() => this.redrawMoving());
     this.orbit.attach(canvas);
     this.scenes.before.add(this.before.group);
     this.scenes.after.add(this.after.group);
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
     this.resize();
+  }
+
+  /** Graphics take the longest to start, so the page is there before they are. */
+  private get renderer(): WebGLRenderer {
+    if (this.made) return this.made;
+    const renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true, preserveDrawingBuffer: false });
+    renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
+    renderer.autoClear = false;
+    renderer.localClippingEnabled = true;
+    renderer.setClearColor(new Color(0), 0);
+    this.made = renderer;
+    this.resize();
+    return renderer;
   }
 
   get arrangement(): Arrangement {
@@ -182,12 +190,13 @@ export class Stage {
   private resize(): void {
     const holder = this.canvas.parentElement!;
     const width = Math.max(1, holder.clientWidth), height = Math.max(1, holder.clientHeight);
-    this.renderer.setSize(width, height, false);
+    this.made?.setSize(width, height, false);
     this.orbit.resize(width / (this.arrangementNow === 'beside' ? 2 : 1) / height);
     this.redraw();
   }
 
   private draw(): void {
+    if (!this.made && !this.before.surface && !this.after.surface) return;
     const { renderer, canvas } = this;
     const width = canvas.clientWidth, height = canvas.clientHeight;
     renderer.setRenderTarget(null);
