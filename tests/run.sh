@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the tests: tests/run.sh [STEP…]
-# Without a step all of them run but postgresql, kubernetes, shared_faults, faults, format, load, pictures, references and
-# bench; each runs even when an earlier one failed, unless the build did.
+# Without a step all of them run but postgresql, kubernetes, shared_faults, shared_load, faults, format, load, pictures,
+# references and bench; each runs even when an earlier one failed, unless the build did.
 #   build     the release preset, tests and benchmarks included
 #   unit service quality   the rooms of tests under ctest, one process for each suite
 #   postgresql   the tests that concern the store, on a PostgreSQL that they start
@@ -17,6 +17,7 @@
 #   tidy [FILE… | all]   clang-tidy over what differs from main, over the files, or over everything. Among other steps it
 #             begins no file after CREASED_TIDY_SECONDS (180), and says so
 #   shared_faults   PostgreSQL fails over, its disk is full, connections to it are cut, clocks are apart: as root, minutes
+#   shared_load [FIGURE…]   what a PostgreSQL carries: claims, changes, events, idle, storage, million [JOBS]; minutes
 #   faults [RUNS]   a call on files fails in each of so many runs (1000) of a job through a server
 #   format    rewrites every source as lint wants it
 #   load      streams, jobs a second, overload and a soak on a real server
@@ -29,7 +30,7 @@ set -euo pipefail
 
 cd "$(dirname "$(readlink -f "$0")")/.."
 readonly steps=(build unit service openapi quality gltf page lint asan fuzz tsan tidy)
-readonly takes_words='^(faults|fuzz|tidy)$'
+readonly takes_words='^(faults|fuzz|shared_load|tidy)$'
 readonly bin=build/release/bin
 # What cannot run on this machine ends with this code.
 readonly cannot_run=77
@@ -179,6 +180,10 @@ run_shared_faults() {
 }
 run_faults() {
   CREASED_FAILING_RUNS=${1:-1000} "$bin/service_tests" --gtest_filter='FailingDisk.*'
+}
+run_shared_load() {
+  docker/install-packages.sh test
+  "$bin/shared_load" "$@"
 }
 run_load() { node tests/bench/load.mjs "$bin"; }
 run_bench() { "$bin/crease_bench"; }

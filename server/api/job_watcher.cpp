@@ -20,8 +20,7 @@ struct JobWatcher::Channel {
   }
 };
 
-JobWatcher::JobWatcher(Store& store, std::chrono::milliseconds poll,
-                       std::function<void(const crease::v1::Job&)> on_change)
+JobWatcher::JobWatcher(Store& store, std::chrono::milliseconds poll, std::function<void(const JobChange&)> on_change)
     : store_(store), poll_(poll), on_change_(std::move(on_change)), seen_(store.last_version()), thread_([this] {
         run();
       }) {}
@@ -57,9 +56,8 @@ void JobWatcher::look() {
   if (last == seen_) return;
   for (const auto& change : store_.changes_since(seen_)) {
     seen_ = std::max(seen_, change.version);
-    const auto view = load(change.job_id);
-    if (view != nullptr) on_change_(view->job);
-    if (const auto watched = channel(change.job_id)) watched->publish(view);
+    on_change_(change);
+    if (const auto watched = channel(change.job_id)) watched->publish(load(change.job_id));
   }
   seen_ = std::max(seen_, last);
 }

@@ -33,8 +33,8 @@ struct JobView {
   mutable std::string event_;
 };
 
-/// A thread that polls the store for changes. It reads each changed job once and passes it to everyone who waits for
-/// it, so hundreds of event streams cost the store no more than one.
+/// A thread that polls the store for changes. It reads each changed job that somebody waits for once and passes it to
+/// all who do, so hundreds of event streams cost the store no more than one.
 class JobWatcher {
  private:
   struct Channel;
@@ -42,8 +42,8 @@ class JobWatcher {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// `on_change` is called with every changed job.
-  JobWatcher(Store& store, std::chrono::milliseconds poll, std::function<void(const crease::v1::Job&)> on_change);
+  /// `on_change` is called with every change.
+  JobWatcher(Store& store, std::chrono::milliseconds poll, std::function<void(const JobChange&)> on_change);
   ~JobWatcher();
 
   /// Watches one job. Must not outlive the watcher.
@@ -83,7 +83,7 @@ class JobWatcher {
 
   Store& store_;
   const std::chrono::milliseconds poll_;
-  const std::function<void(const crease::v1::Job&)> on_change_;
+  const std::function<void(const JobChange&)> on_change_;
   std::atomic<bool> closed_{false};
   std::uint64_t seen_ = 0;  // used by the watching thread only
 

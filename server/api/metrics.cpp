@@ -39,12 +39,12 @@ void Metrics::count(const ExchangeSummary& exchange) {
   bytes_.Add({{"direction", "out"}}).Increment(static_cast<double>(exchange.bytes_out));
 }
 
-void Metrics::count_state(const crease::v1::Job& job) {
+void Metrics::count_state(const std::string& job_id, const std::string& state) {
   const std::lock_guard lock(mutex_);
-  if (!is_terminal(job.state())) {
-    state_of_[job.id()] = job.state();
-  } else if (state_of_.erase(job.id()) > 0) {
-    ended_.Add({{"state", job.state()}}).Increment();
+  if (!is_terminal(state)) {
+    state_of_[job_id] = state;
+  } else if (state_of_.erase(job_id) > 0) {
+    ended_.Add({{"state", state}}).Increment();
   }
 }
 

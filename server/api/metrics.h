@@ -11,7 +11,6 @@
 #include <string>
 #include <unordered_map>
 
-#include "crease/v1/job.pb.h"
 #include "server/transport/guarded_server.h"
 
 namespace creased {
@@ -22,8 +21,8 @@ class Metrics {
   Metrics();
 
   void count(const ExchangeSummary& exchange);
-  /// Counts a job whose state has changed while this process ran.
-  void count_state(const crease::v1::Job& job);
+  /// Counts a job that is in this state, and may have been in another.
+  void count_state(const std::string& job_id, const std::string& state);
   void forget(const std::string& job_id);
 
   /// What is measured when somebody asks.

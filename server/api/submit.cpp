@@ -137,7 +137,7 @@ void submit_job(Services& services, Call& call) {
   bool created = false;
   crease::v1::Job job = services.store.submit(new_job, created);
   if (created) {
-    services.metrics.count_state(job);
+    services.metrics.count_state(job.id(), job.state());
   } else {
     call.response.set_header("Idempotent-Replayed", "true");
   }

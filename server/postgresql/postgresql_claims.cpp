@@ -51,27 +51,29 @@ std::int64_t PostgresqlStore::take(Transaction& transaction, const RunningJob& j
   const Life& life = step.life;
   const std::string progress = progress_after(job.progress, life.state),
                     error = step.error ? step.error->SerializeAsString() : std::string();
-  const std::int64_t version = count_change(transaction);
-  transaction.run(
-      "UPDATE jobs SET state = $2, attempt = $3, strikes = $4, deferrals = $5, progressed = $6, cancel_requested = $7,"
-      " losses = $8, not_before = CASE WHEN $9::bigint = 0 THEN 0 ELSE now_ms() + $9::bigint END, progress = $10,"
-      " error = nullif($11::bytea, ''), started = CASE WHEN $2 = 'queued' THEN NULL ELSE started END,"
-      " lease_owner = CASE WHEN $2 = 'running' THEN lease_owner END, version = $12 WHERE id = $1",
-      job.id, text_of(life.state), life.attempt, life.strikes, life.deferrals, life.progressed, life.cancel_requested,
-      life.losses, static_cast<std::int64_t>(step.wait.count()), Bytes{progress}, Bytes{error}, version);
-  if (life.state == JobState::kQueued) {
-    const auto gone = transaction.run("DELETE FROM files WHERE job = $1 AND name = $2", job.id, file::kSnapshot);
-    if (gone.affected_rows() > 0) has_removed_ = true;
-    tell(transaction, Channel::kQueue);
-  } else if (is_terminal(life.state)) {
+  const bool ends = is_terminal(life.state);
+  if (ends || life.state == JobState::kQueued) {
     const auto gone = transaction.run("DELETE FROM files WHERE job = $1 AND name IN ($2, $3)", job.id, file::kSnapshot,
-                                      file::kCheckpoint);
+                                      ends ? file::kCheckpoint : file::kSnapshot);
     if (gone.affected_rows() > 0) has_removed_ = true;
-    transaction.run(
-        "UPDATE jobs SET finished = now, expires = now + retention,"
-        " bytes = (SELECT coalesce(sum(bytes), 0) FROM files WHERE job = $1) FROM now_ms() AS now WHERE id = $1",
-        job.id);
   }
+  if (life.state == JobState::kQueued) tell(transaction, Channel::kQueue);
+  const auto version =
+      transaction
+          .run(
+              "UPDATE jobs SET state = $2, attempt = $3, strikes = $4, deferrals = $5, progressed = $6,"
+              " cancel_requested = $7, losses = $8, progress = $10, error = nullif($11::bytea, ''),"
+              " not_before = CASE WHEN $9::bigint = 0 THEN 0 ELSE now + $9::bigint END,"
+              " started = CASE WHEN $2 = 'queued' THEN NULL ELSE started END,"
+              " lease_owner = CASE WHEN $2 = 'running' THEN lease_owner END,"
+              " finished = CASE WHEN $12 THEN now END, expires = CASE WHEN $12 THEN now + retention END,"
+              " bytes = CASE WHEN $12 THEN (SELECT coalesce(sum(files.bytes), 0) FROM files WHERE job = $1) ELSE bytes "
+              "END,"
+              " version = count_change() FROM now_ms() AS now WHERE id = $1 RETURNING version",
+              job.id, text_of(life.state), life.attempt, life.strikes, life.deferrals, life.progressed,
+              life.cancel_requested, life.losses, static_cast<std::int64_t>(step.wait.count()), Bytes{progress},
+              Bytes{error}, ends)[0][0]
+          .as<std::int64_t>();
   const std::lock_guard lock(mutex_);
   look_for_work_at_ = {};
   look_for_expired_at_ = {};
@@ -120,50 +122,47 @@ bool PostgresqlStore::may_have_work() {
   return true;
 }
 
-/// Whether there is work now. When there is none, notes when to look again.
-bool PostgresqlStore::has_work() {
+/// When there is no work, notes when to look again.
+PostgresqlStore::Work PostgresqlStore::look_for_work(Transaction& transaction) {
   static const std::string sql = fmt::format(
-      "SELECT EXISTS (SELECT 1 FROM jobs WHERE state = 'queued' AND not_before <= (SELECT now_ms()))"
-      " OR EXISTS (SELECT 1 FROM jobs, {} WHERE {}),"
+      "SELECT EXISTS (SELECT 1 FROM jobs WHERE state = 'queued' AND not_before <= (SELECT now_ms())),"
+      " EXISTS (SELECT 1 FROM jobs, {} WHERE {}),"
       " least((SELECT min(not_before) FROM jobs WHERE state = 'queued' AND not_before > 0),"
       " (SELECT min(lease_until) FROM jobs WHERE state = 'running')) - now_ms()",
       kTimes, kExpired);
-  Transaction transaction(sessions_);
   const auto row = transaction.run(sql)[0];
-  if (row[0].as<bool>()) return true;
+  const Work work{.queued = row[0].as<bool>(), .expired = row[1].as<bool>()};
+  if (work.queued || work.expired) return work;
   constexpr std::int64_t kShortest = 20;
-  const std::int64_t due = row[1].is_null() ? kLongestIdle.count() : row[1].as<std::int64_t>();
+  const std::int64_t due = row[2].is_null() ? kLongestIdle.count() : row[2].as<std::int64_t>();
   const std::lock_guard lock(mutex_);
   look_for_work_at_ = Clock::now() + milliseconds(std::clamp<std::int64_t>(due, kShortest, kLongestIdle.count()));
-  return false;
+  return work;
 }
 
 std::optional<Claim> PostgresqlStore::claim_next(Transaction& transaction, std::string_view worker, milliseconds lease,
                                                  std::int64_t& version) {
-  const auto owners = transaction.run(
-      "SELECT owner FROM usage LEFT JOIN"
-      " (SELECT owner AS runner, count(*) AS running FROM jobs WHERE state = 'running' GROUP BY owner) AS runners"
-      " ON runner = owner WHERE queued > 0 ORDER BY coalesce(running, 0), served, owner");
   static const std::string sql = fmt::format(
-      "SELECT {}, id FROM jobs WHERE state = 'queued' AND owner = $1 AND not_before <= (SELECT now_ms())"
-      " ORDER BY rank, seq LIMIT 1 FOR UPDATE SKIP LOCKED",
+      "SELECT next.* FROM (SELECT owner, coalesce(running, 0) AS running, served FROM usage LEFT JOIN"
+      " (SELECT owner AS runner, count(*) AS running FROM jobs WHERE state = 'running' GROUP BY owner) AS runners"
+      " ON runner = owner WHERE queued > 0 ORDER BY running, served, owner) AS keys CROSS JOIN LATERAL"
+      " (SELECT {}, id FROM jobs WHERE state = 'queued' AND jobs.owner = keys.owner AND not_before <= (SELECT now_ms())"
+      " ORDER BY rank, seq LIMIT 1 FOR UPDATE SKIP LOCKED) AS next ORDER BY running, served, keys.owner LIMIT 1",
       columns_of_life());
-  for (const auto& owner : owners) {
-    const auto rows = transaction.run(sql, owner[0].as<std::string>());
-    if (rows.empty()) continue;
-    const Life life = claimed(life_in(rows[0]));
-    const Claim claim{rows[0][kColumnsOfLife].as<std::string>(), std::string(worker), life.attempt};
-    version = count_change(transaction);
-    transaction.run(
-        "UPDATE jobs SET state = $2, attempt = $3, progressed = $4, lease_owner = $5, started = now, leased = now,"
-        " lease_until = now + $6::bigint, version = $7 FROM now_ms() AS now WHERE id = $1",
-        claim.job_id, text_of(life.state), life.attempt, life.progressed, worker,
-        static_cast<std::int64_t>(lease.count()), version);
-    transaction.run("UPDATE usage SET served = $2 WHERE owner = $1", owner[0].as<std::string>(), version);
-    files_.reserve(working_path(claim, file::kResult).parent_path().filename().string());
-    return claim;
-  }
-  return std::nullopt;
+  const auto rows = transaction.run(sql);
+  if (rows.empty()) return std::nullopt;
+  const Life life = claimed(life_in(rows[0]));
+  const Claim claim{rows[0][kColumnsOfLife].as<std::string>(), std::string(worker), life.attempt};
+  version = transaction
+                .run(
+                    "UPDATE jobs SET state = $2, attempt = $3, progressed = $4, lease_owner = $5, started = now,"
+                    " leased = now, lease_until = now + $6::bigint, version = count_change() FROM now_ms() AS now"
+                    " WHERE id = $1 RETURNING version",
+                    claim.job_id, text_of(life.state), life.attempt, life.progressed, worker,
+                    static_cast<std::int64_t>(lease.count()))[0][0]
+                .as<std::int64_t>();
+  files_.reserve(working_path(claim, file::kResult).parent_path().filename().string());
+  return claim;
 }
 
 std::optional<Claim> PostgresqlStore::claim(std::string_view worker, milliseconds lease) {
@@ -171,11 +170,12 @@ std::optional<Claim> PostgresqlStore::claim(std::string_view worker, millisecond
   return guarded([&]() -> std::optional<Claim> {
     const bool leases_count = leases_.trusted(lease);
     refuse_claims_of_a_sick_store();
-    if (!has_work()) return std::nullopt;
     std::int64_t version = 0;
     Transaction transaction(sessions_);
+    const Work work = look_for_work(transaction);
+    if (!work.queued && !work.expired) return std::nullopt;
     transaction.run("SELECT pg_advisory_xact_lock($1), set_config('synchronous_commit', 'off', true)", kClaimLock);
-    if (leases_count) lose_expired(transaction, version);
+    if (work.expired && leases_count) lose_expired(transaction, version);
     auto claim = claim_next(transaction, worker, lease, version);
     if (version > 0) commit(transaction, version);
     const std::lock_guard lock(mutex_);
@@ -228,13 +228,17 @@ Store::Hold PostgresqlStore::renew(const Claim& claim, milliseconds lease) {
 
 void PostgresqlStore::publish_progress(const Claim& claim, const v1::Progress& progress) {
   guarded([&] {
+    // The job is locked before the change is counted.
+    static const std::string sql = fmt::format(
+        "WITH held AS (SELECT seq FROM jobs WHERE {} FOR UPDATE)"
+        " UPDATE jobs SET progress = $4, version = count_change() FROM held WHERE jobs.seq = held.seq RETURNING "
+        "version",
+        kHeld);
     const std::string bytes = progress.SerializeAsString();
     Transaction transaction(sessions_);
     transaction.relax();
-    if (!held(transaction, claim)) return;
-    const std::int64_t version = count_change(transaction);
-    transaction.run("UPDATE jobs SET progress = $2, version = $3 WHERE id = $1", claim.job_id, Bytes{bytes}, version);
-    commit(transaction, version);
+    const auto rows = transaction.run(sql, claim.job_id, claim.owner, claim.attempt, Bytes{bytes});
+    if (!rows.empty()) commit(transaction, rows[0][0].as<std::int64_t>());
   });
 }
 

@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <limits>
 #include <random>
 
 #include "server/base/failure.h"
@@ -35,6 +36,19 @@ std::shared_ptr<const OpenFile> only_to_read(const Descriptor& file) {
   return opened;
 }
 
+/// A page, the newest job first. The rows are compared and ordered by all columns of an index, because PostgreSQL may
+/// take the order of another one for cheaper and pass over all that it has not asked for.
+std::string select_page(bool of_owner, bool of_state) {
+  const std::string owner = of_owner ? "owner, " : "", state = of_state ? "state, " : "",
+                    columns = owner + state + "seq",
+                    values = std::string(of_owner ? "$2, " : "") + (of_state ? "$3, " : "");
+  return select_jobs_with(
+      fmt::format("WHERE ({0}) < ({1}$1) AND ({0}) >= ({1}0) AND ($2::text IS NULL) = {2} AND ($3 = '') = {3}"
+                  " ORDER BY {4} seq DESC LIMIT $4",
+                  columns, values, !of_owner, !of_state,
+                  std::string(of_owner ? "owner DESC, " : "") + (of_state ? "state DESC," : "")));
+}
+
 std::string url_of(const StoreOptions& options) { return with_timeouts(options.url); }
 
 }  // namespace
@@ -47,23 +61,14 @@ PostgresqlStore::PostgresqlStore(const StoreOptions& options)
 }
 
 std::int64_t PostgresqlStore::count_change(Transaction& transaction) {
-  // A commit that need not be durable may be told to others and then be lost with the database's machine. Its number
-  // must not come again, or they would take another change for one that they know.
-  constexpr std::int64_t kMostLost = std::int64_t{1} << 20U;
-  return transaction
-      .run(
-          "UPDATE change_counter SET version = version + CASE WHEN counted_since = pg_postmaster_start_time() THEN 1"
-          " ELSE $1::bigint END, counted_since = pg_postmaster_start_time() RETURNING version",
-          kMostLost)[0][0]
-      .as<std::int64_t>();
+  return transaction.run("SELECT count_change()")[0][0].as<std::int64_t>();
 }
 
-void PostgresqlStore::tell(Transaction& transaction, Channel channel, std::int64_t version) {
-  transaction.run("SELECT pg_notify($1, $2)", std::string(name_of(channel)), std::to_string(version));
+void PostgresqlStore::tell(Transaction& transaction, Channel channel) {
+  transaction.run("SELECT pg_notify($1, '')", std::string(name_of(channel)));
 }
 
 void PostgresqlStore::commit(Transaction& transaction, std::int64_t version) {
-  tell(transaction, Channel::kChanges, version);
   transaction.commit();
   listener_.note_version(static_cast<std::uint64_t>(version));
 }
@@ -147,9 +152,7 @@ std::optional<v1::Job> PostgresqlStore::find(std::string_view id, const Owner& o
 JobPage PostgresqlStore::list(std::string_view state, std::size_t limit, std::string_view cursor, const Owner& owner) {
   check_state(state);
   const std::int64_t before = parse_cursor(cursor);
-  const std::string sql = select_jobs_with(fmt::format("WHERE seq < $1 AND {} AND {} ORDER BY seq DESC LIMIT $4",
-                                                       owner ? "owner = $2" : "$2::text IS NULL",
-                                                       state.empty() ? "$3 = ''" : "state = $3"));
+  const std::string sql = select_page(owner.has_value(), !state.empty());
   return guarded([&] {
     Transaction transaction(sessions_);
     const auto rows = transaction.run(sql, before, owner, state, static_cast<std::int64_t>(limit) + 1);
@@ -215,8 +218,10 @@ std::size_t PostgresqlStore::queued() {
 std::chrono::milliseconds PostgresqlStore::longest_wait() {
   return guarded([&] {
     Transaction transaction(sessions_);
-    const auto rows =
-        transaction.run("SELECT greatest(now_ms() - created, 0) FROM jobs WHERE state = 'queued' ORDER BY seq LIMIT 1");
+    const auto rows = transaction.run(
+        "SELECT greatest(now_ms() - created, 0) FROM jobs WHERE (state, seq) >= ('queued', 0)"
+        " AND (state, seq) <= ('queued', $1) ORDER BY state, seq LIMIT 1",
+        std::numeric_limits<std::int64_t>::max());
     return std::chrono::milliseconds(rows.empty() ? 0 : rows[0][0].as<std::int64_t>());
   });
 }
@@ -233,9 +238,9 @@ std::vector<JobChange> PostgresqlStore::changes_since(std::uint64_t since) {
   return guarded([&] {
     Transaction transaction(sessions_);
     std::vector<JobChange> changes;
-    for (const auto& row : transaction.run("SELECT id, version FROM jobs WHERE version > $1 ORDER BY version",
+    for (const auto& row : transaction.run("SELECT id, version, state FROM jobs WHERE version > $1 ORDER BY version",
                                            static_cast<std::int64_t>(since))) {
-      changes.push_back({row[0].as<std::string>(), row[1].as<std::uint64_t>()});
+      changes.push_back({row[0].as<std::string>(), row[1].as<std::uint64_t>(), row[2].as<std::string>()});
     }
     return changes;
   });

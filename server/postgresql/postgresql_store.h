@@ -17,8 +17,8 @@ namespace creased {
 /// The store that any number of servers and workers share: jobs and their files in a PostgreSQL database. Its times are
 /// the database's. The data folder has only what this machine is receiving, making or computing.
 ///
-/// Each change takes the number of the change counter last, and holds it until its commit. So versions become visible
-/// in their order, and a transaction locks jobs, then the counter, then sums of usage: never in a circle.
+/// Each change counts itself last, and no other is counted until its commit. So versions become visible in their order,
+/// and a transaction locks jobs, then the count, then sums of usage: never in a circle.
 class PostgresqlStore final : public DatabaseStore {
  public:
   explicit PostgresqlStore(const StoreOptions& options);
@@ -93,9 +93,9 @@ class PostgresqlStore final : public DatabaseStore {
     return noting_failure([&] { return with_postgresql_errors(work); });
   }
 
-  /// Takes the number of the next change and locks the counter.
-  std::int64_t count_change(Transaction& transaction);
-  static void tell(Transaction& transaction, Channel channel, std::int64_t version = 0);
+  /// Takes the number of the next change, which is told with its commit.
+  static std::int64_t count_change(Transaction& transaction);
+  static void tell(Transaction& transaction, Channel channel);
   void commit(Transaction& transaction, std::int64_t version);
 
   std::optional<crease::v1::Job> job_of_key(Transaction& transaction, const NewJob& request);
@@ -104,8 +104,13 @@ class PostgresqlStore final : public DatabaseStore {
   static std::optional<RunningJob> held(Transaction& transaction, const Claim& claim);
   std::int64_t take(Transaction& transaction, const RunningJob& job, const Transition& step);
   std::size_t lose_jobs(Transaction& transaction, const pqxx::result& rows, const Loss& loss, std::int64_t& version);
+  /// What there is to claim.
+  struct Work {
+    bool queued = false;   ///< a job that need not wait
+    bool expired = false;  ///< a lease that is over
+  };
   bool may_have_work();
-  bool has_work();
+  Work look_for_work(Transaction& transaction);
   void lose_expired(Transaction& transaction, std::int64_t& version);
   std::optional<Claim> claim_next(Transaction& transaction, std::string_view worker, std::chrono::milliseconds lease,
                                   std::int64_t& version);
@@ -114,6 +119,7 @@ class PostgresqlStore final : public DatabaseStore {
   void tidy_after(const Claim& claim);
   void remember(const Claim& claim, Hold hold, std::uint64_t signals);
 
+  std::vector<std::string> remove_some_expired();
   void discard_removed();
 
   const std::string url_;

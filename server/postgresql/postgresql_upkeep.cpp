@@ -13,6 +13,9 @@ using std::chrono::milliseconds;
 constexpr milliseconds kMostBetweenExpiries{60'000}, kBetweenProbes{10'000}, kBetweenPulses{4'000};
 constexpr std::chrono::hours kOldLeftover{1};
 constexpr std::int64_t kForgetWorkerMs = 3'600'000;
+// Expired jobs are removed so many in a transaction, and as many times in a call.
+constexpr std::int64_t kBatch = 100;
+constexpr int kMostBatches = 10;
 
 }  // namespace
 
@@ -41,18 +44,42 @@ void PostgresqlStore::discard_removed() {
     for (;;) {
       Transaction transaction(sessions_);
       transaction.relax();
-      const auto gone =
-          transaction
-              .run(
-                  "WITH gone AS (DELETE FROM removed WHERE blob IN"
-                  " (SELECT blob FROM removed ORDER BY blob LIMIT 20 FOR UPDATE SKIP LOCKED) RETURNING blob),"
-                  " deleted AS (DELETE FROM chunks USING gone WHERE chunks.blob = gone.blob)"
-                  " SELECT count(*) FROM gone")[0][0]
-              .as<std::int64_t>();
+      const auto gone = transaction
+                            .run(
+                                "WITH few AS MATERIALIZED"  // its limit could hold for each row of a join
+                                " (SELECT blob FROM removed ORDER BY blob LIMIT 20 FOR UPDATE SKIP LOCKED),"
+                                " gone AS (DELETE FROM removed WHERE blob = ANY (ARRAY (SELECT blob FROM few))),"
+                                " deleted AS (DELETE FROM chunks WHERE blob = ANY (ARRAY (SELECT blob FROM few)))"
+                                " SELECT count(*) FROM few")[0][0]
+                            .as<std::int64_t>();
       if (gone == 0) return;
       transaction.commit();
     }
   });
+}
+
+/// Removes a few jobs, as no other change is counted meanwhile. When there are none, notes when to look again.
+std::vector<std::string> PostgresqlStore::remove_some_expired() {
+  Transaction transaction(sessions_);
+  const auto rows = transaction.run(
+      "SELECT seq, id FROM jobs WHERE expires <= (SELECT now_ms()) ORDER BY expires LIMIT $1 FOR UPDATE SKIP LOCKED",
+      kBatch);
+  if (rows.empty()) {
+    const auto next = transaction.run("SELECT min(expires) - now_ms() FROM jobs")[0][0];
+    const std::int64_t due = next.is_null() ? kMostBetweenExpiries.count() : next.as<std::int64_t>();
+    const std::lock_guard lock(mutex_);
+    look_for_expired_at_ = Clock::now() + milliseconds(std::clamp<std::int64_t>(due, 0, kMostBetweenExpiries.count()));
+    return {};
+  }
+  std::vector<std::string> ids, places;
+  for (const auto& row : rows) {
+    places.push_back(row[0].as<std::string>());
+    ids.push_back(row[1].as<std::string>());
+  }
+  const std::int64_t version = count_change(transaction);
+  transaction.run("DELETE FROM jobs WHERE seq = ANY ($1::bigint[])", fmt::format("{{{}}}", fmt::join(places, ",")));
+  commit(transaction, version);
+  return ids;
 }
 
 std::vector<std::string> PostgresqlStore::remove_expired() {
@@ -62,26 +89,12 @@ std::vector<std::string> PostgresqlStore::remove_expired() {
     if (signals == heard_of_ends_ && Clock::now() < look_for_expired_at_) return {};
     heard_of_ends_ = signals;
   }
-  std::vector<std::string> ids = guarded([&] {
-    std::vector<std::string> expired;
-    Transaction transaction(sessions_);
-    const auto rows = transaction.run(
-        "SELECT id FROM jobs WHERE expires <= (SELECT now_ms()) ORDER BY seq LIMIT 1000 FOR UPDATE SKIP LOCKED");
-    if (!rows.empty()) {
-      const std::int64_t version = count_change(transaction);
-      for (const auto& row : rows) {
-        expired.push_back(row[0].as<std::string>());
-        transaction.run("DELETE FROM jobs WHERE id = $1", expired.back());
-      }
-      commit(transaction, version);
-      return expired;
-    }
-    const auto next = transaction.run("SELECT min(expires) - now_ms() FROM jobs")[0][0];
-    const std::int64_t due = next.is_null() ? kMostBetweenExpiries.count() : next.as<std::int64_t>();
-    const std::lock_guard lock(mutex_);
-    look_for_expired_at_ = Clock::now() + milliseconds(std::clamp<std::int64_t>(due, 0, kMostBetweenExpiries.count()));
-    return expired;
-  });
+  std::vector<std::string> ids;
+  for (int batch = 0; batch < kMostBatches; ++batch) {
+    const auto some = guarded([&] { return remove_some_expired(); });
+    if (some.empty()) break;
+    ids.insert(ids.end(), some.begin(), some.end());
+  }
   for (const std::string& id : ids) spdlog::info("job {} removed: its retention time was over", id);
   discard_removed();
   return ids;
@@ -92,7 +105,7 @@ void PostgresqlStore::clean_leftovers() { files_.clean_leftovers({}, kOldLeftove
 void PostgresqlStore::probe_database() {
   with_postgresql_errors([&] {
     Transaction transaction(sessions_);
-    transaction.run("UPDATE change_counter SET version = version");
+    transaction.run("UPDATE counting SET since = since");
     transaction.commit();
   });
 }

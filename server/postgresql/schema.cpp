@@ -127,6 +127,88 @@ constexpr std::array kMigrations = {
     Migration{1, R"sql(
       ALTER TABLE change_counter ADD COLUMN counted_since timestamptz NOT NULL DEFAULT pg_postmaster_start_time();
     )sql"},
+    // Changes are numbered by a sequence under an advisory lock, because every change had to pass all versions of the
+    // counter's row that a backup could still see. Programs before this one find the counter as a view. What a
+    // statement deletes is counted once, and there are indexes for the jobs of a key in a state and for those that
+    // wait.
+    Migration{1, R"sql(
+      CREATE TABLE counting (since timestamptz NOT NULL);
+      INSERT INTO counting SELECT counted_since FROM change_counter;
+      CREATE SEQUENCE change_numbers;
+      SELECT setval('change_numbers', version + 1) FROM change_counter;
+      CREATE FUNCTION count_change() RETURNS bigint LANGUAGE plpgsql AS $$
+        DECLARE
+          number bigint;
+          started timestamptz := pg_postmaster_start_time();
+        BEGIN
+          PERFORM pg_advisory_xact_lock(x'636f756e74'::bigint);
+          -- A commit that need not be durable may be told to others and then be lost with the database's machine. Its
+          -- number must not come again, or they would take another change for one that they know.
+          IF (SELECT since FROM counting) <> started THEN
+            UPDATE counting SET since = started;
+            PERFORM setval('change_numbers', nextval('change_numbers') + 1048576);
+          END IF;
+          number := nextval('change_numbers');
+          PERFORM pg_notify('creased_changes', number::text);
+          RETURN number;
+        END $$;
+      DROP TABLE change_counter;
+      CREATE VIEW change_counter AS
+        SELECT (SELECT coalesce(max(version), 0) FROM jobs) AS version, since AS counted_since FROM counting;
+      CREATE FUNCTION count_change_of_view() RETURNS trigger LANGUAGE plpgsql AS $$
+        BEGIN
+          new.version := count_change();
+          RETURN new;
+        END $$;
+      CREATE TRIGGER count_change INSTEAD OF UPDATE ON change_counter FOR EACH ROW
+        EXECUTE FUNCTION count_change_of_view();
+
+      CREATE OR REPLACE FUNCTION count_usage() RETURNS trigger LANGUAGE plpgsql AS $$
+        BEGIN
+          IF TG_OP = 'INSERT' THEN
+            INSERT INTO usage AS u (owner, queued, bytes) VALUES (new.owner, (new.state = 'queued')::int, new.bytes)
+              ON CONFLICT (owner) DO UPDATE SET queued = u.queued + excluded.queued, bytes = u.bytes + excluded.bytes;
+          ELSE
+            UPDATE usage SET queued = queued + (new.state = 'queued')::int - (old.state = 'queued')::int,
+                             bytes = bytes + new.bytes - old.bytes,
+                             served = CASE WHEN new.state = 'running' THEN new.version ELSE served END
+              WHERE owner = new.owner;
+          END IF;
+          RETURN NULL;
+        END $$;
+      CREATE FUNCTION count_removed() RETURNS trigger LANGUAGE plpgsql AS $$
+        BEGIN
+          UPDATE usage SET queued = usage.queued - sums.queued, bytes = usage.bytes - sums.bytes
+            FROM (SELECT owner, count(*) FILTER (WHERE state = 'queued') AS queued, sum(bytes) AS bytes
+                    FROM gone GROUP BY owner ORDER BY owner) AS sums
+            WHERE usage.owner = sums.owner;
+          RETURN NULL;
+        END $$;
+      DROP TRIGGER count_new ON jobs;
+      CREATE TRIGGER count_new AFTER INSERT ON jobs FOR EACH ROW EXECUTE FUNCTION count_usage();
+      CREATE TRIGGER count_removed AFTER DELETE ON jobs REFERENCING OLD TABLE AS gone
+        FOR EACH STATEMENT EXECUTE FUNCTION count_removed();
+      CREATE FUNCTION forget_files_of_all() RETURNS trigger LANGUAGE plpgsql AS $$
+        BEGIN
+          DELETE FROM files WHERE job = ANY (ARRAY (SELECT id FROM gone));
+          RETURN NULL;
+        END $$;
+      DROP TRIGGER forget_files ON jobs;
+      CREATE TRIGGER forget_files AFTER DELETE ON jobs REFERENCING OLD TABLE AS gone
+        FOR EACH STATEMENT EXECUTE FUNCTION forget_files_of_all();
+      DROP FUNCTION forget_files;
+      CREATE FUNCTION forget_all() RETURNS trigger LANGUAGE plpgsql AS $$
+        BEGIN
+          INSERT INTO removed SELECT blob FROM gone;
+          RETURN NULL;
+        END $$;
+      DROP TRIGGER forget_file ON files;
+      CREATE TRIGGER forget_file AFTER DELETE ON files REFERENCING OLD TABLE AS gone
+        FOR EACH STATEMENT EXECUTE FUNCTION forget_all();
+
+      CREATE INDEX jobs_by_owner_and_state ON jobs (owner, state, seq);
+      CREATE INDEX deferred ON jobs (not_before) WHERE state = 'queued' AND not_before > 0;
+    )sql"},
 };
 
 // Of advisory locks in this database: "crease" in ASCII.

@@ -234,10 +234,10 @@ std::uint64_t SqliteStore::last_version() {
 std::vector<JobChange> SqliteStore::changes_since(std::uint64_t since) {
   return guarded([&] {
     ReaderPool::Loan reader(readers_);
-    Query rows(*reader, "SELECT id, version FROM jobs WHERE version > ? ORDER BY version",
+    Query rows(*reader, "SELECT id, version, state FROM jobs WHERE version > ? ORDER BY version",
                static_cast<std::int64_t>(since));
     std::vector<JobChange> changes;
-    while (rows.next()) changes.push_back({rows.text(0), static_cast<std::uint64_t>(rows.integer(1))});
+    while (rows.next()) changes.push_back({rows.text(0), static_cast<std::uint64_t>(rows.integer(1)), rows.text(2)});
     return changes;
   });
 }

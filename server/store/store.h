@@ -54,6 +54,7 @@ struct JobPage {
 struct JobChange {
   std::string job_id;
   std::uint64_t version = 0;
+  std::string state;
 };
 
 /// A complete file of a job, as it was when it was written.

@@ -67,7 +67,7 @@ class Service {
         results_(*store_, encoder_),
         streams_(4),
         page_({}),
-        watcher_(*store_, kNever, [](const v1::Job&) {}),
+        watcher_(*store_, kNever, [](const creased::JobChange&) {}),
         api_({.store = *store_,
               .inspector = inspector_,
               .results = results_,

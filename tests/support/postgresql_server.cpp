@@ -115,7 +115,7 @@ void PostgresqlServer::start() {
   program_.emplace(
       as_user({programs() / "postgres", "-D", data_folder(), "-c", "listen_addresses=" + options_.addresses, "-c",
                fmt::format("port={}", options_.port), "-c", "unix_socket_directories=" + folder_.path().string(), "-c",
-               "fsync=off", "-c", "max_connections=300"}));
+               options_.synced ? "fsync=on" : "fsync=off", "-c", "max_connections=300"}));
   const bool ready = eventually([&] {
     try {
       pqxx::connection connection(url());

@@ -12,13 +12,14 @@
 namespace crease::test {
 
 /// A PostgreSQL server of its own, in a temporary folder and behind a socket there. It ends with its destructor, or
-/// with the thread that made it. Its disk is not synced: the tests kill processes, not the machine.
+/// with the thread that made it.
 class PostgresqlServer {
  public:
   struct Options {
     int port = 5432;            ///< of its socket, and of `addresses`
     std::string addresses{};    ///< of loopback, separated by commas
     std::uint64_t disk_mb = 0;  ///< size of a disk of its own, which only root can make; 0 for the machine's
+    bool synced = false;        ///< whether commits reach the disk; the tests kill processes, not the machine
   };
 
   PostgresqlServer();

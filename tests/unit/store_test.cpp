@@ -298,6 +298,7 @@ TEST_F(StoreTest, EveryChangeOfAJobHasALaterVersion) {
     EXPECT_EQ(changes[0].job_id, id);
     EXPECT_EQ(changes[0].version, store().version_of(id));
     EXPECT_GT(changes[0].version, before);
+    EXPECT_EQ(changes[0].state, state(id));
     before = store().last_version();
   };
   const Claim claim = store().claim("w", kLong).value();
