@@ -44,30 +44,39 @@ bool is_of_one_face(const Topology& topology, std::size_t edge) {
   return topology.edge_faces[edge][0] == topology.edge_faces[edge][1];
 }
 
+/// What a warning is about, with its verb.
+struct Subject {
+  std::string_view one, many;
+};
+
 /// Adds warnings that name elements of the upload.
 class Warner {
  public:
   Warner(const Topology& topology, const WeldedMesh* welded, std::vector<Warning>& warnings)
       : topology_(topology), welded_(welded), warnings_(warnings) {}
 
-  std::uint32_t edges(const Tally& found, std::string_view code, std::string_view meaning) {
+  std::uint32_t edges(const Tally& found, std::string_view code, const Subject& subject, std::string_view meaning) {
     if (found.count == 0) return 0;
     const auto [v0, v1] = topology_.edges[found.first];
-    return add(found, code, meaning, fmt::format("between vertices {} and {}", upload_vertex(v0), upload_vertex(v1)));
+    return add(found, code, subject, meaning,
+               fmt::format("between vertices {} and {}", upload_vertex(v0), upload_vertex(v1)));
   }
-  std::uint32_t faces(const Tally& found, std::string_view code, std::string_view meaning) {
-    return add(found, code, meaning, fmt::format("face {}", found.first));
+  std::uint32_t faces(const Tally& found, std::string_view code, const Subject& subject, std::string_view meaning) {
+    return add(found, code, subject, meaning, fmt::format("face {}", found.first));
   }
-  std::uint32_t vertices(const Tally& found, std::string_view code, std::string_view meaning) {
-    return add(found, code, meaning, fmt::format("vertex {}", found.first));
+  std::uint32_t vertices(const Tally& found, std::string_view code, const Subject& subject, std::string_view meaning) {
+    return add(found, code, subject, meaning, fmt::format("vertex {}", found.first));
   }
 
  private:
   Index upload_vertex(Index vertex) const { return welded_ == nullptr ? vertex : welded_->upload_vertex[vertex]; }
 
-  std::uint32_t add(const Tally& found, std::string_view code, std::string_view meaning, const std::string& first) {
+  std::uint32_t add(const Tally& found, std::string_view code, const Subject& subject, std::string_view meaning,
+                    const std::string& first) {
     if (found.count == 0) return 0;
-    warnings_.push_back({std::string(code), fmt::format("{} {}; the first is {}", found.count, meaning, first)});
+    const std::string_view about = found.count == 1 ? subject.one : subject.many;
+    warnings_.push_back(
+        {std::string(code), fmt::format("{} {} {}; the first is {}", found.count, about, meaning, first)});
     return found.count;
   }
 
@@ -115,22 +124,20 @@ InputFacts inspect(const Mesh& upload, const Topology& upload_topology, const We
   });
 
   Warner warn(topology, welded, warnings);
-  facts.coincident_vertices =
-      warn.vertices(found.coincident_vertices, "vertices_welded",
-                    "vertices are exactly where an earlier one is: smoothed as one, returned as given");
-  facts.nonmanifold_edges =
-      warn.edges(crowded, "nonmanifold_edges", "edges have more than two faces: nothing is smoothed across them");
-  warn.edges(twisted, "twisted_edges", "edges join faces that cannot be wound alike: nothing is smoothed across them");
-  facts.degenerate_faces = warn.faces(found.degenerate_faces, "degenerate_faces",
-                                      "faces have no area and so no normal to smooth: left out, returned as given");
-  facts.duplicate_faces =
-      warn.faces(found.duplicate_faces, "duplicate_faces",
-                 "faces have the same vertices as an earlier one: smoothed as one, returned as given");
+  facts.coincident_vertices = warn.vertices(found.coincident_vertices, "vertices_welded", {"vertex is", "vertices are"},
+                                            "exactly where an earlier one is: smoothed as one, returned as given");
+  facts.nonmanifold_edges = warn.edges(crowded, "nonmanifold_edges", {"edge has", "edges have"},
+                                       "more than two faces, across which nothing is smoothed");
+  warn.edges(twisted, "twisted_edges", {"edge joins", "edges join"},
+             "faces that cannot be wound alike: nothing is smoothed there");
+  facts.degenerate_faces = warn.faces(found.degenerate_faces, "degenerate_faces", {"face has", "faces have"},
+                                      "no area and so no normal to smooth: left out, returned as given");
+  facts.duplicate_faces = warn.faces(found.duplicate_faces, "duplicate_faces", {"face has", "faces have"},
+                                     "the same vertices as an earlier one: smoothed as one, returned as given");
   facts.isolated_vertices = warn.vertices(tally_isolated(upload, topology, welded), "isolated_vertices",
-                                          "vertices are in no face and stay in place");
-  facts.flipped_faces =
-      warn.faces(tally_flipped(topology, welded), "inconsistent_winding",
-                 "faces are wound against their neighbours: smoothed as if turned, returned as given");
+                                          {"vertex is", "vertices are"}, "in no face: returned as given");
+  facts.flipped_faces = warn.faces(tally_flipped(topology, welded), "inconsistent_winding", {"face is", "faces are"},
+                                   "wound against the neighbours: smoothed as if turned, returned as given");
   facts.noise_sigma = estimate_noise_sigma(mesh, topology);
   return facts;
 }

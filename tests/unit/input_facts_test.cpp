@@ -93,7 +93,7 @@ TEST(InputFacts, WarningsAreAddedAfterExistingOnes) {
   inspect(mesh, build_topology(mesh), nullptr, {}, warnings);
   ASSERT_EQ(warnings.size(), 2U);
   EXPECT_EQ(warnings[0].code, "polygons_triangulated");
-  EXPECT_EQ(warnings[1].detail, "3 vertices are in no face and stay in place; the first is vertex 0");
+  EXPECT_EQ(warnings[1].detail, "3 vertices are in no face: returned as given; the first is vertex 0");
 }
 
 TEST(InputFacts, RefusesMeshesThatCannotBeSmoothed) {
