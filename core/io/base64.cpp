@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstdint>
 
 namespace crease {
@@ -21,6 +22,25 @@ constexpr std::array<std::uint8_t, 256> make_digits() {
 }
 
 constexpr std::array<std::uint8_t, 256> kDigits = make_digits();
+
+/// Replaces %41 by A. Empty where a percent sign is not followed by two hexadecimal digits.
+std::optional<std::string> without_percent(std::string_view text) {
+  std::string bytes;
+  bytes.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '%') {
+      bytes.push_back(text[i]);
+      continue;
+    }
+    const std::string_view digits = text.substr(i + 1, 2);
+    std::uint8_t value = 0;
+    const char* end = digits.data() + digits.size();
+    if (digits.size() != 2 || std::from_chars(digits.data(), end, value, 16).ptr != end) return std::nullopt;
+    bytes.push_back(static_cast<char>(value));
+    i += digits.size();
+  }
+  return bytes;
+}
 
 }  // namespace
 
@@ -43,6 +63,17 @@ std::optional<std::string> decode_base64(std::string_view text) {
     bytes.push_back(static_cast<char>((bits >> filled) & 0xffU));
   }
   return bytes;
+}
+
+std::optional<std::string> decode_data_uri(std::string_view uri) {
+  const std::size_t comma = uri.find(',');
+  if (!uri.starts_with("data:") || comma == std::string_view::npos) return std::nullopt;
+  const std::string_view data = uri.substr(comma + 1);
+  const bool is_base64 = uri.substr(0, comma).ends_with(";base64");
+  if (data.find('%') == std::string_view::npos)
+    return is_base64 ? decode_base64(data) : std::optional<std::string>(data);
+  const std::optional<std::string> plain = without_percent(data);
+  return plain && is_base64 ? decode_base64(*plain) : plain;
 }
 
 std::string encode_base64(std::string_view bytes) {

@@ -42,15 +42,14 @@ struct Embedded {
 
 /// The picture in the URI of an image, or nothing.
 std::optional<Embedded> embedded_in(const Json& image) {
-  constexpr std::string_view kData = "data:", kBase64 = ";base64,";
+  constexpr std::string_view kData = "data:";
   const auto uri = image.find("uri");
   if (uri == image.end() || !uri->is_string()) return std::nullopt;
   const std::string_view text = uri->get_ref<const std::string&>();
-  const std::size_t at = text.find(kBase64);
-  if (!text.starts_with(kData) || at == std::string::npos) return std::nullopt;
-  std::optional<std::string> bytes = decode_base64(text.substr(at + kBase64.size()));
+  std::optional<std::string> bytes = decode_data_uri(text);
   if (!bytes) return std::nullopt;
-  return Embedded{std::string(text.substr(kData.size(), at - kData.size())), std::move(*bytes)};
+  const std::string_view media_type = text.substr(kData.size(), text.find_first_of(";,") - kData.size());
+  return Embedded{std::string(media_type), std::move(*bytes)};
 }
 
 /// Those of the names in an array that a part of a file mentions.

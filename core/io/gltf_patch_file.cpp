@@ -188,8 +188,10 @@ std::string GltfPatchFile::finish(std::string_view upload) {
   for (const auto& [buffer, copy] : copies_) {
     if (document_.is_binary_chunk(buffer)) continue;
     auto& uri = json_["buffers"][buffer]["uri"];
-    const std::string& old = uri.get_ref<const std::string&>();
-    uri = old.substr(0, old.find(',') + 1) + encode_base64(copy.bytes);
+    std::string head = uri.get_ref<const std::string&>();
+    head.resize(head.find(','));
+    if (!head.ends_with(";base64")) head += ";base64";
+    uri = head + ',' + encode_base64(copy.bytes);
   }
   return document_.is_binary() ? finish_glb(upload) : finish_gltf(upload);
 }

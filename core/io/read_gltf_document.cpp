@@ -271,12 +271,12 @@ std::string_view Document::buffer_data(std::size_t index, Json& buffer, const st
   }
   if (!uri->is_string()) throw Error(code::kMeshSyntax, "'uri' must be a string", place);
   const std::string_view text = uri->get_ref<const std::string&>();
-  const std::size_t comma = text.find(',');
-  if (!text.starts_with("data:") || comma == std::string_view::npos || !text.substr(0, comma).ends_with(";base64")) {
-    throw Error(code::kMeshUnsupported, "buffers must be embedded as base64, unlike '" + printable(text) + "'", place);
+  if (!text.starts_with("data:")) {
+    throw Error(code::kMeshUnsupported, "buffers must be in the file, as a data URI, unlike '" + printable(text) + "'",
+                place);
   }
-  std::optional<std::string> data = decode_base64(text.substr(comma + 1));
-  if (!data) throw Error(code::kMeshSyntax, "the data is not valid base64", place);
+  std::optional<std::string> data = decode_data_uri(text);
+  if (!data) throw Error(code::kMeshSyntax, "the data URI is neither valid base64 nor in percent encoding", place);
   buffer.erase("uri");  // the text is no longer needed
   return decoded_.emplace_back(std::move(*data));
 }

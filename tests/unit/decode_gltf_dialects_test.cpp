@@ -1,5 +1,8 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/io/encode.h"
+#include "tests/support/labelled_meshes.h"
 #include "tests/unit/decode_samples.h"
 
 namespace crease::test {
@@ -75,6 +78,32 @@ TEST(DecodeGltf, QuantisedPositionsAreRead) {
     EXPECT_EQ(mesh.positions[1], Vec3(0, 32767 * unit, 0));
     EXPECT_EQ(mesh.positions[2], Vec3(0, 0, 16384 * unit));
   }
+}
+
+std::string percent_encoded(const std::string& bytes) {
+  std::string text;
+  for (const char c : bytes) text += fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  return text;
+}
+
+TEST(DecodeGltf, DataMayBePercentEncoded) {
+  const GltfSample sample = gltf_sample(sample_mesh());
+  Mesh moved_mesh = sample_mesh();
+  moved_mesh.positions = moved(sample_mesh().positions, {0, 0, 1});
+  for (const std::string& uri : {"data:application/gltf-buffer," + percent_encoded(sample.buffer),
+                                 "data:;base64," + percent_encoded(base64(sample.buffer))}) {
+    nlohmann::json json = sample.json;
+    json["buffers"][0]["uri"] = uri;
+    const std::string file = json.dump();
+    EXPECT_EQ(decode_mesh(file, MeshFormat::kGltf).mesh.positions, sample_mesh().positions);
+    const std::string original = encode_original(file, MeshFormat::kGltf, labelled(moved_mesh));
+    EXPECT_EQ(decode_mesh(original, MeshFormat::kGltf).mesh.positions, moved_mesh.positions);
+  }
+  nlohmann::json json = sample.json;
+  json["buffers"][0]["uri"] = "data:,%4";
+  EXPECT_EQ(refusal(json.dump(), MeshFormat::kGltf)->code(), code::kMeshSyntax);
+  json["buffers"][0]["uri"] = "buffer.bin";
+  EXPECT_THAT(refusal(json.dump(), MeshFormat::kGltf)->detail(), testing::HasSubstr("buffer.bin"));
 }
 
 TEST(DecodeGltf, RequiredExtensionsThatMoveNoVertexAreAccepted) {
