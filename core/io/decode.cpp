@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+
+#include "core/base/text.h"
 
 namespace crease {
 namespace {
@@ -33,6 +36,34 @@ std::string_view wide_encoding(std::string_view bytes) {
   return {};
 }
 
+/// What the bytes of files begin with that are no meshes, or meshes in formats that are not read.
+struct Foreign {
+  std::string_view start, kind;
+};
+constexpr std::array<Foreign, 13> kForeign{{{"\x89PNG", "a PNG picture"},
+                                            {"\xff\xd8\xff", "a JPEG picture"},
+                                            {"GIF8", "a GIF picture"},
+                                            {"%PDF-", "a PDF document"},
+                                            {"PK\x03\x04", "a ZIP archive, as 3MF files are"},
+                                            {"\x1f\x8b", "gzip"},
+                                            {"7z\xbc\xaf", "a 7z archive"},
+                                            {"<!doctype html", "an HTML page"},
+                                            {"<html", "an HTML page"},
+                                            {"<?xml", "XML, as COLLADA files are"},
+                                            {"ISO-10303-21", "STEP"},
+                                            {"Kaydara FBX", "FBX"},
+                                            {"BLENDER", "a Blender file"}}};
+
+void refuse_foreign(std::string_view bytes) {
+  const auto found = std::ranges::find_if(
+      kForeign, [&](const Foreign& one) { return equals_ignoring_case(bytes.substr(0, one.start.size()), one.start); });
+  if (found == kForeign.end()) return;
+  throw Error(
+      code::kMeshFormatUnknown,
+      fmt::format("the bytes look like {}; expected {}", found->kind, title_list(formats_with(&Format::read), "or")),
+      "byte 0");
+}
+
 /// The format to read: the declared one, unless the bytes say which variant of it they are.
 MeshFormat settle_format(std::string_view bytes, std::optional<MeshFormat> declared, std::optional<MeshFormat> seen) {
   if (!declared && !seen) {
@@ -60,6 +91,7 @@ DecodedMesh decode_mesh(std::string_view bytes, std::optional<MeshFormat> format
   if (!encoding.empty() && (!seen || encoding == "UTF-32")) {
     throw Error(code::kMeshSyntax, fmt::format("the text is encoded in {}; expected UTF-8", encoding), "byte 0");
   }
+  if (!seen) refuse_foreign(bytes);
   const MeshFormat settled = settle_format(bytes, format, seen);
   const Format& row = format_row(settled);
   if (row.read == nullptr) {

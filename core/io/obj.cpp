@@ -118,6 +118,7 @@ class ObjReader {
       colours.push_back(colour);
     } else {
       has_odd_columns_ = true;
+      if (count == 1 && colour[0] != 1) ++fourths_;
     }
   }
 
@@ -227,6 +228,12 @@ class ObjReader {
   }
 
   void warn_of_skipped() {
+    if (fourths_ != 0) {
+      builder_.warn("fourth_coordinates_ignored",
+                    fmt::format("{} a fourth number that is not 1: a weight of free-form surfaces, by which positions "
+                                "are not divided",
+                                counted(fourths_, "vertex has", "vertices have")));
+    }
     if (lines_ + points_ != 0) {
       builder_.warn("elements_skipped", fmt::format("skipped {} and {}: only faces are read",
                                                     counted(lines_, "line element", "line elements"),
@@ -242,7 +249,7 @@ class ObjReader {
   MeshBuilder builder_;
   std::vector<Index> corners_;
   std::vector<ForwardFace> forward_;
-  std::size_t lines_ = 0, points_ = 0, unknown_ = 0;
+  std::size_t lines_ = 0, points_ = 0, unknown_ = 0, fourths_ = 0;
   std::string first_unknown_;
   std::array<bool, kSkipped.size()> noted_{};
   std::vector<Index> texture_numbers_;  ///< of the corners of the current face

@@ -5,7 +5,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "core/mesh/face_vectors.h"
 
@@ -95,10 +98,84 @@ class PolygonTessellator {
   bool failed_ = false;
 };
 
+/// Of the polygon's area, that a triangle has at least unless it counts as one without.
+constexpr double kLeastShare = 1e-9;
+
+/// Does away with triangles whose corner lies on their longest side: that corner divides the triangle on the other side
+/// in two. Left out for want of area, they would leave a crack between it and the corner's other faces.
+class CrackMender {
+ public:
+  CrackMender(const std::vector<Vec3>& positions, std::span<Triangle> tiles, const Vec3& area, double scale)
+      : positions_(positions), tiles_(tiles), area_(area), scale_(scale) {
+    for (std::size_t tile = 0; tile < tiles.size(); ++tile) note_sides(tile);
+  }
+
+  void run() {
+    for (std::size_t tile = 0; tile < tiles_.size(); ++tile) waiting_.push_back(tile);
+    while (!waiting_.empty()) {
+      const std::size_t tile = waiting_.back();
+      waiting_.pop_back();
+      if (is_thin(tiles_[tile])) mend(tile);
+    }
+  }
+
+ private:
+  using Side = std::pair<Index, Index>;
+
+  bool is_thin(const Triangle& tile) const {
+    return scaled_area(positions_, {&tile, 1}, scale_).dot(area_) <= kLeastShare * area_.squaredNorm();
+  }
+
+  void note_sides(std::size_t tile) {
+    for (std::size_t k = 0; k < 3; ++k) tile_at_[{tiles_[tile][k], tiles_[tile][(k + 1) % 3]}] = tile;
+  }
+
+  std::optional<std::size_t> across(const Side& side) const {
+    const auto found = tile_at_.find({side.second, side.first});
+    return found == tile_at_.end() ? std::nullopt : std::optional(found->second);
+  }
+
+  /// The triangle, turned so that its longest side is the first.
+  Triangle longest_first(Triangle tile) const {
+    const auto length = [&](std::size_t k) { return (positions_[tile[(k + 1) % 3]] - positions_[tile[k]]).norm(); };
+    const std::size_t longest = length(0) >= length(1)   ? (length(0) >= length(2) ? 0 : 2)
+                                : length(1) >= length(2) ? 1
+                                                         : 2;
+    std::ranges::rotate(tile, tile.begin() + static_cast<std::ptrdiff_t>(longest));
+    return tile;
+  }
+
+  void mend(std::size_t thin) {
+    const auto [a, b, corner] = longest_first(tiles_[thin]);
+    const std::optional<std::size_t> other = across({a, b});
+    if (!other || *other == thin) return;
+    const Triangle& divided = tiles_[*other];
+    const auto apex = std::ranges::find_if(divided, [a = a, b = b](Index v) { return v != a && v != b; });
+    if (apex == divided.end()) return;
+    const Triangle left{corner, a, *apex}, right{*apex, b, corner};
+    if (is_thin(left) || is_thin(right)) return;
+    tiles_[thin] = left;
+    tiles_[*other] = right;
+    for (const std::size_t tile : {thin, *other}) {
+      note_sides(tile);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto next = across({tiles_[tile][k], tiles_[tile][(k + 1) % 3]});
+        if (next) waiting_.push_back(*next);
+      }
+    }
+  }
+
+  const std::vector<Vec3>& positions_;
+  std::span<Triangle> tiles_;
+  const Vec3& area_;
+  double scale_;
+  std::map<Side, std::size_t> tile_at_;
+  std::vector<std::size_t> waiting_;
+};
+
 }  // namespace
 
 bool tile_polygon(const std::vector<Vec3>& positions, std::span<Triangle> fan) {
-  constexpr double kLeastShare = 1e-9;  // of the polygon's area, that a triangle of a fan has at least
   const double scale = extent_from_first(positions, fan);
   if (!(scale > 0)) return false;
   const Vec3 area = scaled_area(positions, fan, scale);
@@ -114,6 +191,7 @@ bool tile_polygon(const std::vector<Vec3>& positions, std::span<Triangle> fan) {
   const std::vector<Index> corners = PolygonTessellator(positions, fan).run(area.normalized(), scale);
   if (corners.size() != 3 * fan.size()) return fan_may_stay;
   for (std::size_t i = 0; i < corners.size(); ++i) fan[i / 3][i % 3] = corners[i];
+  CrackMender(positions, fan, area, scale).run();
   return true;
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "core/base/text.h"
@@ -52,9 +53,32 @@ class StlBuilder {
   std::size_t corners_ = 0;
 };
 
-/// The number of facets: the one in the header, or what the bytes hold where it is 0, as of writers that never came
-/// back to it.
-std::size_t read_facet_count(ByteCursor& cursor, StlBuilder& stl) {
+std::uint64_t counted_facets_of(std::string_view bytes) {
+  return load<std::uint32_t>(bytes.data() + kHeaderBytes, false);
+}
+
+/// Whether bytes are whole facets, each with a normal of length 1 or none. Other data has hardly ever such numbers.
+bool are_facets(std::string_view bytes) {
+  if (bytes.empty() || bytes.size() % kFacetBytes != 0 || bytes.find_first_not_of('\0') == bytes.npos) return false;
+  for (ByteCursor cursor(bytes); cursor.rest() != 0; cursor.take(kFacetBytes - kNormalBytes)) {
+    Vec3 normal;
+    for (double& coordinate : normal) coordinate = static_cast<double>(cursor.read<float>());
+    constexpr double kRounding = 0.01;
+    if (!(normal.isZero(0) || std::abs(normal.norm() - 1) < kRounding)) return false;
+  }
+  return true;
+}
+
+/// The number of facets: the one in the header, or what the bytes hold where it is 0 or facets stand behind it, as of
+/// writers that never came back to it.
+std::size_t facets_in(std::string_view bytes) {
+  const std::size_t counted_facets = counted_facets_of(bytes), held = (bytes.size() - kCountEnd) / kFacetBytes;
+  if (counted_facets == 0) return held;
+  if (counted_facets >= held) return counted_facets;
+  return are_facets(bytes.substr(kCountEnd + counted_facets * kFacetBytes)) ? held : counted_facets;
+}
+
+std::size_t read_facet_count(std::string_view bytes, ByteCursor& cursor, StlBuilder& stl) {
   const std::string place = cursor.place();
   const std::size_t counted_facets = cursor.read<std::uint32_t>();
   const std::size_t held = cursor.rest() / kFacetBytes;
@@ -64,12 +88,11 @@ std::size_t read_facet_count(ByteCursor& cursor, StlBuilder& stl) {
                             cursor.rest(), held),
                 place);
   }
-  const bool is_unknown = counted_facets == 0 && held != 0;
-  if (is_unknown) {
-    stl.builder.warn("facet_count_replaced",
-                     fmt::format("the header announces 0 facets; read the {} that the file holds", held));
+  const std::size_t facets = facets_in(bytes);
+  if (facets != counted_facets) {
+    stl.builder.warn("facet_count_replaced", fmt::format("the header announces {}; read the {} that the file holds",
+                                                         counted(counted_facets, "facet", "facets"), facets));
   }
-  const std::size_t facets = is_unknown ? held : counted_facets;
   const std::size_t limit = stl.builder.limits().max_faces;
   if (facets > limit) MeshBuilder::fail_too_large("faces", limit, place);
   return facets;
@@ -79,7 +102,7 @@ MeshContent read_binary(std::string_view bytes, const DecodeLimits& limits) {
   StlBuilder stl(limits);
   ByteCursor cursor(bytes);
   cursor.take(kHeaderBytes);
-  const std::size_t facets = read_facet_count(cursor, stl);
+  const std::size_t facets = read_facet_count(bytes, cursor, stl);
   stl.builder.mesh().triangles.reserve(facets);
   bool has_attributes = false;
   for (std::size_t i = 0; i < facets; ++i) {
@@ -121,7 +144,7 @@ class AsciiReader {
  private:
   void read_facets() {
     for (;;) {
-      if (!cursor_.skip_to_word()) cursor_.fail_expected("'facet' or 'endsolid'");
+      if (!cursor_.skip_to_word()) return end_without_endsolid();
       const std::string_view keyword = cursor_.word();
       if (is(keyword, "endsolid") || is(keyword, "end")) return;
       if (!is(keyword, "facet")) fail_keyword("'facet' or 'endsolid'", keyword);
@@ -132,6 +155,12 @@ class AsciiReader {
       read_loop();
       expect("endfacet");
     }
+  }
+
+  void end_without_endsolid() {
+    if (stl_.builder.faces() == 0) cursor_.fail_expected("'facet' or 'endsolid'");
+    stl_.builder.warn("endsolid_missing",
+                      "the file ends without 'endsolid' behind a whole facet; it may have been cut off");
   }
 
   void read_loop() {
@@ -264,9 +293,8 @@ void overwrite_floats(std::string& bytes, std::size_t offset, const std::array<f
 std::string patch_binary(std::string_view upload, const Mesh& result) {
   std::string bytes(upload);
   StlCorners corners(result);
-  ByteCursor cursor(upload, kHeaderBytes);
-  const std::size_t counted_facets = cursor.read<std::uint32_t>();
-  const std::size_t facets = counted_facets == 0 ? cursor.rest() / kFacetBytes : counted_facets;
+  const std::size_t facets = facets_in(upload);
+  ByteCursor cursor(upload, kCountEnd);
   for (std::size_t facet = 0; facet < facets; ++facet) {
     const std::size_t start = cursor.offset();
     Vec3 old_normal;
@@ -283,10 +311,6 @@ std::string patch_binary(std::string_view upload, const Mesh& result) {
   }
   corners.finish();
   return bytes;
-}
-
-std::uint64_t counted_facets_of(std::string_view bytes) {
-  return load<std::uint32_t>(bytes.data() + kHeaderBytes, false);
 }
 
 bool is_exactly_binary(std::string_view bytes) {

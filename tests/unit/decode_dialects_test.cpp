@@ -1,7 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/io/encode.h"
 #include "core/mesh/face_vectors.h"
+#include "tests/support/labelled_meshes.h"
 #include "tests/unit/decode_samples.h"
 
 namespace crease::test {
@@ -154,6 +156,59 @@ TEST(DecodeStl, ACountOf0IsReported) {
   EXPECT_THAT(warning(decoded, "facet_count_replaced"), HasSubstr("read the 12"));
 }
 
+std::string with_facet_count(std::string stl, char count) { return stl.replace(80, 1, 1, count); }
+
+TEST(DecodeStl, FacetsBehindTheCountAreReadAndPatched) {
+  const std::string whole = stl_binary_file(box()), few = with_facet_count(whole, 5);
+  const DecodedMesh decoded = decode_mesh(few, MeshFormat::kStl);
+  EXPECT_EQ(decoded.mesh.triangles, decode_mesh(whole, MeshFormat::kStl).mesh.triangles);
+  EXPECT_THAT(warning(decoded, "facet_count_replaced"), HasSubstr("5 facets; read the 12"));
+  EXPECT_EQ(encode_original(few, MeshFormat::kStl, labelled(decoded.mesh)).substr(84), whole.substr(84));
+}
+
+TEST(DecodeStl, OtherBytesBehindTheFacetsAreNoFacets) {
+  for (const std::string& rest : {std::string(50, '\0'), std::string(100, 'x'), std::string(7, 'x')}) {
+    const DecodedMesh decoded = decode_mesh(stl_binary_file(box()) + rest, MeshFormat::kStl);
+    EXPECT_EQ(decoded.mesh.triangles.size(), 12U);
+    EXPECT_THAT(warning(decoded, "trailing_bytes"), HasSubstr(std::to_string(rest.size())));
+  }
+}
+
+TEST(DecodeStl, AMissingEndIsReported) {
+  std::string text = stl_ascii_file(box());
+  text.resize(text.rfind("endsolid"));
+  const DecodedMesh decoded = decode_mesh(text, MeshFormat::kStl);
+  EXPECT_EQ(decoded.mesh.triangles.size(), 12U);
+  EXPECT_THAT(warning(decoded, "endsolid_missing"), HasSubstr("may have been cut off"));
+  text.resize(text.rfind("endfacet"));
+  EXPECT_EQ(refusal(text, MeshFormat::kStl)->code(), code::kMeshTruncated);
+}
+
+TEST(DecodeObj, FourthCoordinatesAreReportedUnlessTheyAreOne) {
+  const auto with_fourth = [](const std::string& w) {
+    return warning(decode_mesh(join({"v 0 0 0 1", "v 2 0 0 " + w, "v 0 2 0", "f 1 2 3"}), MeshFormat::kObj),
+                   "fourth_coordinates_ignored");
+  };
+  EXPECT_EQ(with_fourth("1.0"), "");
+  EXPECT_THAT(with_fourth("2"), HasSubstr("1 vertex has"));
+}
+
+TEST(DecodeMesh, FilesOfOtherKindsAreNamed) {
+  const std::vector<std::pair<std::string, std::string>> files{{"\x89PNG\r\n", "a PNG picture"},
+                                                               {"PK\x03\x04", "3MF"},
+                                                               {"\x1f\x8b", "gzip"},
+                                                               {"<!DOCTYPE html><p>404", "an HTML page"},
+                                                               {"ISO-10303-21;", "STEP"}};
+  for (const auto& [start, kind] : files) {
+    for (const std::optional<MeshFormat> declared : {std::optional<MeshFormat>(), std::optional(MeshFormat::kObj)}) {
+      const std::optional<Error> error = refusal(start + std::string(200, 'x'), declared);
+      ASSERT_TRUE(error.has_value()) << kind;
+      EXPECT_EQ(error->code(), code::kMeshFormatUnknown) << kind;
+      EXPECT_THAT(error->detail(), HasSubstr(kind));
+    }
+  }
+}
+
 TEST(DecodeStl, AnotherFormatsTextUnderItsNameIsRecognised) {
   for (const SampleFile& file : sample_files(sample_mesh())) {
     if (file.format == MeshFormat::kStl) continue;
@@ -227,6 +282,51 @@ TEST(DecodePolygons, CollinearCornersMakeNoFacesWithoutArea) {
   for (const Triangle& triangle : decoded.mesh.triangles) {
     EXPECT_GT(area_vector(decoded.mesh.positions, triangle).z(), 0);
   }
+}
+
+/// Lines of an OBJ file with one polygon, its corners given from `start` on.
+std::vector<std::string> polygon(const std::vector<Vec3>& corners, std::size_t start) {
+  std::vector<std::string> lines;
+  std::string face = "f";
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    lines.push_back(fmt::format("v {} {} {}", corners[k].x(), corners[k].y(), corners[k].z()));
+    face += fmt::format(" {}", (start + k) % corners.size() + 1);
+  }
+  lines.push_back(face);
+  return lines;
+}
+
+TEST(DecodePolygons, CollinearCornersLeaveNoCracks) {
+  const std::vector<Vec3> square{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 1, 0},
+                                 {2, 2, 0}, {1, 2, 0}, {0, 2, 0}, {0, 1, 0}};
+  const std::vector<Vec3> u{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {3, 2, 0}, {3, 3, 0}, {2, 3, 0}, {2, 2, 0},
+                            {2, 1, 0}, {1, 1, 0}, {1, 2, 0}, {1, 3, 0}, {0, 3, 0}, {0, 2, 0}, {0, 1, 0}};
+  for (const Vec3& away : {Vec3(0, 0, 0), Vec3(451234.1, 5412345.7, 312.3)}) {
+    for (std::vector<Vec3> corners : {square, u}) {
+      const double expected = corners.size() == square.size() ? 4 : 7;
+      for (Vec3& corner : corners) corner += away;
+      for (std::size_t start = 0; start < corners.size(); ++start) {
+        const DecodedMesh decoded = decode_mesh(join(polygon(corners, start)), MeshFormat::kObj);
+        EXPECT_NEAR(area(decoded.mesh), expected, 1e-6) << start;
+        for (const Triangle& triangle : decoded.mesh.triangles) {
+          EXPECT_GT(area_vector(decoded.mesh.positions, triangle).z(), 0.1) << start;
+        }
+      }
+    }
+  }
+}
+
+TEST(DecodePolygons, ACombOfThousandsOfCornersIsTiled) {
+  std::vector<Vec3> corners{{0, -1, 0}};
+  constexpr int kTeeth = 600;
+  for (int k = 0; k < kTeeth; ++k)
+    corners.insert(corners.end(), {{k + 0.5, 0, 0}, {k + 0.5, 5, 0}, {k + 0.9, 5, 0}, {k + 0.9, 0, 0}});
+  corners.insert(corners.end(), {{kTeeth, 0, 0}, {kTeeth, -1, 0}});
+  std::ranges::reverse(corners);
+  const DecodedMesh decoded = decode_mesh(join(polygon(corners, 0)), MeshFormat::kObj);
+  const double left = 0.5 * 0.5;  // between the first corner and the first tooth
+  EXPECT_NEAR(area(decoded.mesh), kTeeth * (1 + 0.4 * 5) - left, 1e-6);
+  EXPECT_EQ(warning(decoded, "polygons_not_tiled"), "");
 }
 
 TEST(DecodePolygons, ATriangleThatNamesACornerTwiceIsNoPolygonThatCrossesItself) {

@@ -173,7 +173,7 @@ std::vector<Malformed> malformed_stl() {
       {"stl_count_of_billions", kStl, with_bytes(good, 80, "\xff\xff\xff\xff"), code::kMeshTruncated, "byte 80"},
       {"stl_no_facets", kStl, good.substr(0, 80) + std::string(4, '\0'), code::kMeshNoFaces, "byte 84"},
       {"stl_binary_nan", kStl, with_bytes(good, 84 + 50 + 12, "\xff\xff\xff\xff"), code::kMeshNotFinite, "byte 146"},
-      {"stl_ascii_without_end", kStl, "solid a\n" + facet, code::kMeshTruncated, "line 9"},
+      {"stl_ascii_without_facets_or_end", kStl, "solid a\n", code::kMeshTruncated, "line 2"},
       {"stl_ascii_two_corners", kStl, "solid\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n",
        code::kMeshTruncated, "line 7"},
       {"stl_ascii_nan", kStl, "solid\nfacet normal 0 0 0\nouter loop\nvertex nan 0 0\n", code::kMeshNotFinite,
