@@ -109,7 +109,7 @@ run_page() {
   docker/install-packages.sh page test
   npm ci --prefix tests/page --no-audit --no-fund
   CREASED_BIN=$PWD/$bin CREASED_SHOTS=$PWD/build/page CREASED_CLIENT=$PWD/build/release/client/page \
-    node --test --test-concurrency=1 tests/page/page.test.mjs tests/page/client.test.mjs
+    node --test --test-concurrency=1 tests/page/page.test.mjs tests/page/uploads.test.mjs tests/page/client.test.mjs
 }
 
 run_references() {

@@ -144,3 +144,9 @@ export function wavesPly(side) {
   }
   return Buffer.concat([head, body]);
 }
+
+/** The cube as a file to upload. */
+export const cube = { name: 'cube.obj', mimeType: 'model/obj', buffer: Buffer.from(cubeObj()) };
+
+/** Resolves once the page shows a result. */
+export const done = (page) => page.locator('#result .figures').waitFor();

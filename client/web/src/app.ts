@@ -1,5 +1,5 @@
 import { CreasedError, type Job } from 'creased-client';
-import { clientWith, storedKey, storeKey } from './access';
+import { clientWith, storedKey, withKey } from './access';
 import { addressOf, hashOf, linksOf, placeOf } from './address';
 import { measuresOf } from './mesh/measures';
 import { readInWorker } from './mesh/reader';
@@ -8,8 +8,8 @@ import { loadOutcome, sameMesh, type Outcome } from './session';
 import { Snapshots } from './snapshots';
 import { listenForMeshes, type Upload } from './ui/arrivals';
 import { downloadsOf, quickDownload, save } from './ui/away';
-import { Commands, creaseCommand, curlCommand } from './ui/commands';
-import { askForKey, askForText, chooseOther, showJobs, showKeys } from './ui/dialogs';
+import { Commands } from './ui/commands';
+import { askForText, chooseOther, showJobs, showKeys } from './ui/dialogs';
 import { fill, h, iconButton, section, unfold } from './ui/dom';
 import { Hover } from './ui/hover';
 import { LookPanel } from './ui/look_panel';
@@ -199,7 +199,8 @@ export class Workbench {
     const shown = upload.bytes.arrayBuffer()
       .then((bytes) => readInWorker(bytes, upload.name, false))
       .then((surface) => {
-        if (this.upload !== upload || this.outcome || this.refused) return;
+        const refused = document.getElementById('welcome') !== null;
+        if (this.upload !== upload || this.outcome || refused) return;
         this.stage.open(surface);
         this.views.offer(true, false);
       })
@@ -405,11 +406,6 @@ export class Workbench {
     if (upload) this.say(upload.name, 'not sent');
   }
 
-  /** Whether the service has refused the upload, so that the start is shown again. */
-  private get refused(): boolean {
-    return document.getElementById('welcome') !== null;
-  }
-
   /** Stops following what was followed. */
   private leave(): void {
     this.following.abort();
@@ -420,10 +416,8 @@ export class Workbench {
   }
 
   private updateCommands(): void {
-    const service = new URL('.', document.baseURI).href;
     const name = this.upload?.name ?? this.job?.input.name ?? 'mesh.obj';
-    const parameters = this.parameters?.parameters ?? {};
-    this.commands.update(curlCommand(service, name, parameters, storedKey() !== undefined), creaseCommand(service, name, parameters));
+    this.commands.update(name, this.parameters?.parameters ?? {}, storedKey() !== undefined);
   }
 
   private async savePicture(): Promise<void> {
@@ -431,24 +425,12 @@ export class Workbench {
     save(new File([await this.stage.picture(canvasColours().background)], `${name}.png`));
   }
 
-  /** Does something with the service. Asks for a key where it wants one, and says what went wrong. */
-  private async attempt<T>(work: () => Promise<T>): Promise<T | undefined> {
-    for (let wrong = false; ; wrong = true) {
-      try {
-        return await work();
-      } catch (error) {
-        if (!(error instanceof CreasedError && error.code === 'unauthorized')) {
-          this.fail(error);
-          return undefined;
-        }
-        const key = await askForKey(wrong || storedKey() !== undefined);
-        if (!key) {
-          this.fail(error);
-          return undefined;
-        }
-        storeKey(key);
-      }
-    }
+  /** Does something with the service, and says what went wrong. */
+  private attempt<T>(work: () => Promise<T>): Promise<T | undefined> {
+    return withKey(work).catch((error: unknown) => {
+      this.fail(error);
+      return undefined;
+    });
   }
 
   private fail(error: unknown): void {

@@ -7,7 +7,7 @@ function quoted(text: string): string {
   return /^[\w./:=@%-]+$/.test(text) ? text : `'${text.replaceAll("'", `'\\''`)}'`;
 }
 
-export function curlCommand(service: string, name: string, parameters: Parameters, keyed: boolean): string {
+function curlCommand(service: string, name: string, parameters: Parameters, keyed: boolean): string {
   const given = JSON.stringify(parameters);
   const lines = ['curl -s'];
   if (keyed) lines.push('-H "Authorization: Bearer $CREASED_KEY"');
@@ -17,7 +17,7 @@ export function curlCommand(service: string, name: string, parameters: Parameter
   return lines.join(' \\\n  ');
 }
 
-export function creaseCommand(service: string, name: string, parameters: Parameters): string {
+function creaseCommand(service: string, name: string, parameters: Parameters): string {
   const given = Object.entries(parameters).map(([key, value]) => `-p ${quoted(`${key}=${String(value)}`)}`);
   return ['crease smooth', quoted(name), `-o ${kOutput}`, '--labels labels.json', ...given, `--server ${quoted(service.replace(/\/$/, ''))}`].join(' \\\n  ');
 }
@@ -43,8 +43,9 @@ export class Commands {
       h('pre', { id: 'command-text', role: 'tabpanel', tabindex: 0, 'aria-label': 'Command' }, this.code));
   }
 
-  update(curl: string, crease: string): void {
-    this.texts = [curl, crease];
+  update(name: string, parameters: Parameters, keyed: boolean): void {
+    const service = new URL('.', document.baseURI).href;
+    this.texts = [curlCommand(service, name, parameters, keyed), creaseCommand(service, name, parameters)];
     this.show(this.shown);
   }
 
