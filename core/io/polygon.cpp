@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <map>
 #include <memory>
@@ -137,11 +138,9 @@ class CrackMender {
 
   /// The triangle, turned so that its longest side is the first.
   Triangle longest_first(Triangle tile) const {
-    const auto length = [&](std::size_t k) { return (positions_[tile[(k + 1) % 3]] - positions_[tile[k]]).norm(); };
-    const std::size_t longest = length(0) >= length(1)   ? (length(0) >= length(2) ? 0 : 2)
-                                : length(1) >= length(2) ? 1
-                                                         : 2;
-    std::ranges::rotate(tile, tile.begin() + static_cast<std::ptrdiff_t>(longest));
+    std::array<double, 3> lengths{};
+    for (std::size_t k = 0; k < 3; ++k) lengths[k] = (positions_[tile[(k + 1) % 3]] - positions_[tile[k]]).norm();
+    std::rotate(tile.begin(), tile.begin() + (std::ranges::max_element(lengths) - lengths.begin()), tile.end());
     return tile;
   }
 
