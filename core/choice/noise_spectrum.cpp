@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <map>
 #include <numbers>
+#include <utility>
 
 #include "core/base/random.h"
 #include "core/mesh/face_vectors.h"
@@ -30,23 +33,32 @@ std::vector<double> white_noise(std::size_t vertices, std::uint32_t seed, std::u
 
 double square(double x) { return x * x; }
 
-/// Second differences of values after t, 2t and 3t steps; `first` are those after t.
+/// Values after ever more steps of a walk; each goes on from one before.
 template <typename Value>
-std::vector<Value> band_above(const LazyWalk& walk, const std::vector<Value>& first, int t) {
-  const std::vector<Value> second = walk.after(first, t);
-  std::vector<Value> band = walk.after(second, t);
-  for (std::size_t v = 0; v < band.size(); ++v) band[v] += first[v] - 2.0 * second[v];
-  return band;
-}
+class WalkSeries {
+ public:
+  WalkSeries(const LazyWalk& walk, std::vector<Value> values) : walk_(walk) { kept_.emplace(0, std::move(values)); }
 
-std::vector<double> band_of(const LazyWalk& walk, const std::vector<double>& values, int t) {
-  return band_above(walk, walk.after(values, t), t);
-}
+  /// Valid until the next band.
+  const std::vector<Value>& after(int steps) {
+    const auto before = std::prev(kept_.upper_bound(steps));
+    if (before->first == steps) return before->second;
+    return kept_.emplace(steps, walk_.after(before->second, steps - before->first)).first->second;
+  }
 
-std::vector<double> energy_of(const LazyWalk& walk, std::vector<double> band, int t) {
-  for (double& value : band) value = square(value);
-  return walk.after(std::move(band), 2 * t);
-}
+  /// Second differences of the values after t, 2t and 3t steps. Bands are asked for from the finest on.
+  std::vector<Value> band(int t) {
+    kept_.erase(kept_.begin(), std::prev(kept_.upper_bound(t)));
+    const std::vector<Value>&first = after(t), &second = after(2 * t);
+    std::vector<Value> band = after(3 * t);
+    for (std::size_t v = 0; v < band.size(); ++v) band[v] += first[v] - 2.0 * second[v];
+    return band;
+  }
+
+ private:
+  const LazyWalk& walk_;
+  std::map<int, std::vector<Value>> kept_;  ///< by the number of steps
+};
 
 double quantile(std::vector<double>& values, double share) {
   const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -62,37 +74,50 @@ struct Density {
 
 class Spectrometer {
  public:
-  explicit Spectrometer(const Surface& surface)
+  Spectrometer(const Surface& surface, ThreadTeam& team)
       : surface_(surface),
-        walk_(surface),
-        probe_(white_noise(surface.measured.size(), kSeed, 0)),
+        walk_(surface, team),
+        series_(walk_, with_probe(surface.measured)),
         inner_(inner_vertices(surface.topology)) {}
 
-  Density density(int t) const {
-    const std::vector<Vec3> smooth = walk_.after(surface_.measured, t), normals = normals_of(smooth);
-    const std::vector<Vec3> band = band_above(walk_, smooth, t);
-    std::vector<double> heights(band.size());
-    for (std::size_t v = 0; v < band.size(); ++v) heights[v] = band[v].dot(normals[v]);
-    const std::vector<double> energy = energy_of(walk_, std::move(heights), t);
-    const std::vector<double> white = energy_of(walk_, band_of(walk_, probe_, t), t);
+  /// Bands are asked for from the finest on.
+  Density density(int t) {
+    const std::vector<Eigen::Array4d> band = series_.band(t);
+    const std::vector<Vec3> normals = normals_of(series_.after(t));
+    std::vector<Eigen::Array2d> energies(band.size());
+    for (std::size_t v = 0; v < band.size(); ++v) {
+      energies[v] = {square(band[v].head<3>().matrix().dot(normals[v])), square(band[v][3])};
+    }
+    energies = walk_.after(std::move(energies), 2 * t);
     const std::vector<std::uint8_t> counts = far_from_border(t);
     std::vector<double> ours, theirs;
-    for (std::size_t v = 0; v < energy.size(); ++v) {
+    for (std::size_t v = 0; v < energies.size(); ++v) {
       if (counts[v] == 0) continue;
-      ours.push_back(energy[v]);
-      theirs.push_back(white[v]);
+      ours.push_back(energies[v][0]);
+      theirs.push_back(energies[v][1]);
     }
     const auto ratio = [&](double share) { return quantile(ours, share) / (quantile(theirs, share) + 1e-300); };
     return {std::max(kLeastDensity, ratio(0.1)), ratio(0.25), ratio(0.5), ratio(0.75)};
   }
 
+  const LazyWalk& walk() const { return walk_; }
+
  private:
   static constexpr std::uint32_t kSeed = 11;
 
-  std::vector<Vec3> normals_of(const std::vector<Vec3>& smooth) const {
+  /// Positions, and white noise to compare them with.
+  static std::vector<Eigen::Array4d> with_probe(const std::vector<Vec3>& positions) {
+    const std::vector<double> probe = white_noise(positions.size(), kSeed, 0);
+    std::vector<Eigen::Array4d> fields(positions.size());
+    for (std::size_t v = 0; v < fields.size(); ++v) fields[v] << positions[v].array(), probe[v];
+    return fields;
+  }
+
+  std::vector<Vec3> normals_of(const std::vector<Eigen::Array4d>& smooth) const {
     std::vector<Vec3> normals(smooth.size(), Vec3::Zero());
+    const auto at = [&](Index v) -> Vec3 { return smooth[v].head<3>().matrix(); };
     for (const Triangle& face : surface_.faces) {
-      const Vec3 area = area_vector(smooth, face);
+      const Vec3 area = area_vector(at(face[0]), at(face[1]), at(face[2]));
       for (const Index v : face) normals[v] += area;
     }
     for (Vec3& normal : normals) normal = direction(normal);
@@ -117,7 +142,7 @@ class Spectrometer {
 
   const Surface& surface_;
   LazyWalk walk_;
-  std::vector<double> probe_;
+  WalkSeries<Eigen::Array4d> series_;
   std::vector<std::uint8_t> inner_;
 };
 
@@ -146,30 +171,41 @@ bool levels_off(const std::vector<Density>& bands) {
   return growth > kLeastGrowth && growth < (rises && spread < kAllOver ? kLargestGrowthAllOver : kLargestGrowth);
 }
 
-/// Non-negative least squares of the relative misfit, one variance after the other.
-NoiseSpectrum fitted(const Surface& surface, const std::array<double, kBands.size()>& density) {
-  const LazyWalk walk(surface);
-  const std::vector<double> white = white_noise(surface.measured.size(), 5, 0);
-  const auto energy = [](const std::vector<double>& values) {
-    double sum = 0;
-    for (const double value : values) sum += value * value;
-    return sum / static_cast<double>(values.size());
-  };
-  constexpr std::size_t kParts = NoiseSpectrum::kSteps.size();
-  std::array<std::array<double, kParts>, kBands.size()> response{};
+constexpr std::size_t kParts = NoiseSpectrum::kSteps.size();
+using Parts = Eigen::Array<double, kParts, 1>;
+
+/// White noise after the steps of each part of a spectrum.
+std::vector<Parts> smoothed_noise(const LazyWalk& walk, std::size_t vertices) {
+  WalkSeries<double> series(walk, white_noise(vertices, 5, 0));
+  std::vector<Parts> fields(vertices);
   for (std::size_t part = 0; part < kParts; ++part) {
-    const std::vector<double> smooth = walk.after(white, NoiseSpectrum::kSteps[part]);
-    for (std::size_t band = 0; band < kBands.size(); ++band) {
-      response[band][part] = energy(band_of(walk, smooth, kBands[band])) / energy(smooth);
-    }
+    const std::vector<double>& smooth = series.after(NoiseSpectrum::kSteps[part]);
+    for (std::size_t v = 0; v < vertices; ++v) fields[v][static_cast<Eigen::Index>(part)] = smooth[v];
   }
+  return fields;
+}
+
+/// Non-negative least squares of the relative misfit, one variance after the other.
+NoiseSpectrum fitted(const LazyWalk& walk, std::size_t vertices, const std::array<double, kBands.size()>& density) {
+  const auto energies = [](const std::vector<Parts>& fields) {
+    Parts sum = Parts::Zero();
+    for (const Parts& field : fields) sum += field.square();
+    return sum;
+  };
+  std::vector<Parts> noise = smoothed_noise(walk, vertices);
+  const Parts whole = energies(noise);
+  WalkSeries<Parts> series(walk, std::move(noise));
+  std::array<Parts, kBands.size()> response;
+  for (std::size_t band = 0; band < kBands.size(); ++band) response[band] = energies(series.band(kBands[band])) / whole;
   NoiseSpectrum spectrum;
   constexpr int kMostPasses = 3000;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     for (std::size_t part = 0; part < kParts; ++part) {
       double squares = 0, misfit = 0;
       for (std::size_t band = 0; band < kBands.size(); ++band) {
-        const auto relative = [&](std::size_t k) { return response[band][k] / response[band][0] / density[band]; };
+        const auto relative = [&](std::size_t k) {
+          return response[band][static_cast<Eigen::Index>(k)] / response[band][0] / density[band];
+        };
         double error = -1;
         for (std::size_t k = 0; k < kParts; ++k) error += spectrum.variances[k] * relative(k);
         squares += relative(part) * relative(part);
@@ -213,10 +249,10 @@ std::vector<double> NoiseSpectrum::sample(const LazyWalk& walk, std::size_t vert
   return sum;
 }
 
-std::optional<NoiseSpectrum> find_correlated_noise(const Surface& surface, bool force) {
+std::optional<NoiseSpectrum> find_correlated_noise(const Surface& surface, bool force, ThreadTeam& team) {
   constexpr double kLeastGrowth = 1.3, kLargestGrowth = 2.7;
   if (!force && surface.measured.size() < kLeastVertices) return std::nullopt;
-  const Spectrometer spectrometer(surface);
+  Spectrometer spectrometer(surface, team);
   std::vector<Density> bands;
   for (const int t : kBands) {
     bands.push_back(spectrometer.density(t));
@@ -231,7 +267,7 @@ std::optional<NoiseSpectrum> find_correlated_noise(const Surface& surface, bool 
     density[k] = bands[k].middle();
     if (k > 0) density[k] = std::min(density[k], kLargestGrowth * density[k - 1]);
   }
-  return fitted(surface, density);
+  return fitted(spectrometer.walk(), surface.measured.size(), density);
 }
 
 }  // namespace crease

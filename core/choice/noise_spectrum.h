@@ -27,6 +27,6 @@ struct NoiseSpectrum {
 /// mesh they are the spectral density of the noise. That of white noise is flat, that of correlated noise rises and
 /// levels off, and that of a shape rises on and on. None where the noise reads as white, or nothing reads as noise,
 /// unless `force`.
-std::optional<NoiseSpectrum> find_correlated_noise(const Surface& surface, bool force = false);
+std::optional<NoiseSpectrum> find_correlated_noise(const Surface& surface, bool force, ThreadTeam& team);
 
 }  // namespace crease

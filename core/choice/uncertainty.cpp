@@ -24,6 +24,7 @@ class Uncertainty {
         report_(report),
         on_step_(on_step),
         variance_(report.noise_sigma * report.noise_sigma),
+        team_(team),
         field_(mesh, positions, descent.options, descent.precisions, team),
         shares_(mesh.vertex_count, 0) {}
 
@@ -57,7 +58,7 @@ class Uncertainty {
   }
 
   void add_responses_to_noise(std::uint32_t number) {
-    const LazyWalk walk(surface_);
+    const LazyWalk walk(surface_, team_);
     std::vector<Samples> noise(mesh_.vertex_count);
     constexpr auto kCount = static_cast<std::uint32_t>(Samples::kCount);
     for (std::uint32_t k = 0; k < kCount; ++k) {
@@ -105,6 +106,7 @@ class Uncertainty {
   const ChoiceReport& report_;
   const std::function<void()>& on_step_;
   double variance_;
+  ThreadTeam& team_;
   LinearField field_;
   std::vector<float> shares_;  ///< variance of each vertex, in noise variances
   double divergence_ = 0;      ///< mean response of the result to the measured positions

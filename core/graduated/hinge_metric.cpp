@@ -12,9 +12,8 @@ std::array<Index, 4> hinge(const FlatMesh& mesh, std::size_t e) {
           static_cast<Index>(mesh.edge_ends[0][e]), static_cast<Index>(mesh.edge_ends[1][e])};
 }
 
-}  // namespace
-
-HingeMetric::HingeMetric(const FlatMesh& mesh) : mesh_(mesh) {
+/// Zeros where the matrix of a metric has its entries.
+LowerTriangle pattern_of(const FlatMesh& mesh) {
   using Entry = Eigen::Triplet<double>;
   std::vector<Entry> entries;
   const auto add = [&](Index i, Index j) {
@@ -28,9 +27,16 @@ HingeMetric::HingeMetric(const FlatMesh& mesh) : mesh_(mesh) {
     }
   }
   const auto count = static_cast<Eigen::Index>(mesh.vertex_count);
-  matrix_.resize(count, count);
-  matrix_.setFromTriplets(entries.begin(), entries.end());
-  matrix_.makeCompressed();
+  LowerTriangle pattern(count, count);
+  pattern.setFromTriplets(entries.begin(), entries.end());
+  pattern.makeCompressed();
+  return pattern;
+}
+
+}  // namespace
+
+HingeMetric::HingeMetric(const FlatMesh& mesh, ThreadTeam& team)
+    : mesh_(mesh), team_(team), matrix_(pattern_of(mesh)), factors_(matrix_) {
   const auto place = [&](Index i, Index j) {
     const int row = static_cast<int>(std::max(i, j)), column = static_cast<int>(std::min(i, j));
     const int* begin = matrix_.innerIndexPtr() + matrix_.outerIndexPtr()[column];
@@ -46,7 +52,6 @@ HingeMetric::HingeMetric(const FlatMesh& mesh) : mesh_(mesh) {
       for (std::size_t j = 0; j <= i; ++j) places_[e][next++] = place(vertices[i], vertices[j]);
     }
   }
-  factors_.analyzePattern(matrix_);
 }
 
 std::array<double, 4> HingeMetric::stencil(std::span<const float> positions, std::size_t edge,
@@ -90,20 +95,38 @@ void HingeMetric::factorize(std::span<const float> positions, std::span<const fl
   }
   const double least = kRegularization * trace / static_cast<double>(mesh_.vertex_count);
   for (const Index place : diagonal_places_) values[place] += least;
-  factors_.factorize(matrix_);
+  factors_.factorize(matrix_, team_);
 }
 
-std::vector<double> HingeMetric::solve(std::span<const double> values) const {
-  const Eigen::Map<const Eigen::VectorXd> right(values.data(), static_cast<Eigen::Index>(values.size()));
-  const Eigen::VectorXd result = factors_.solve(right);
-  return {result.begin(), result.end()};
+FourFields HingeMetric::solve(const FourFields& fields) const {
+  constexpr int kRefinements = 2;
+  const auto count = static_cast<Eigen::Index>(mesh_.vertex_count);
+  using Sides = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
+  Sides right(count, 4), result = Sides::Zero(count, 4);
+  for (Eigen::Index v = 0; v < count; ++v) right.row(v) = fields[static_cast<std::size_t>(v)].matrix().transpose();
+  std::vector<HalfLanes> lanes(fields.size());
+  for (int round = 0; round <= kRefinements; ++round) {
+    Sides rest = right;
+    if (round > 0) rest -= matrix_.selfadjointView<Eigen::Lower>() * result;
+    Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, 4, Eigen::RowMajor>> single(&lanes.front()[0], count, 4);
+    single = rest.cast<float>();
+    factors_.solve(lanes, team_);
+    result += single.cast<double>();
+  }
+  FourFields solved(fields.size());
+  for (Eigen::Index v = 0; v < count; ++v) solved[static_cast<std::size_t>(v)] = result.row(v).transpose().array();
+  return solved;
 }
 
 void HingeMetric::solve(std::span<float> vectors) const {
-  const auto count = static_cast<Eigen::Index>(mesh_.vertex_count);
-  const Eigen::Map<Eigen::MatrixX3f> flat(vectors.data(), count, 3);
-  const Eigen::MatrixX3d result = factors_.solve(Eigen::MatrixX3d(flat.cast<double>()));
-  Eigen::Map<Eigen::MatrixX3f>(vectors.data(), count, 3) = result.cast<float>();
+  const std::size_t count = mesh_.vertex_count;
+  std::vector<HalfLanes> lanes(count);
+  for (std::size_t v = 0; v < count; ++v)
+    lanes[v] = HalfLanes{vectors[v], vectors[count + v], vectors[2 * count + v], 0};
+  factors_.solve(lanes, team_);
+  for (std::size_t v = 0; v < count; ++v) {
+    for (std::size_t axis = 0; axis < 3; ++axis) vectors[axis * count + v] = lanes[v][axis];
+  }
 }
 
 }  // namespace crease

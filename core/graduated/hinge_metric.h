@@ -1,13 +1,16 @@
 #pragma once
 
-#include <Eigen/SparseCholesky>
 #include <array>
 #include <span>
 #include <vector>
 
+#include "core/graduated/cholesky.h"
 #include "core/graduated/flat_mesh.h"
 
 namespace crease {
+
+/// Four numbers for each vertex.
+using FourFields = std::vector<Eigen::Array4d>;
 
 /// The quadratic form that touches the energy at some positions, one for x, y and z alike:
 ///
@@ -17,26 +20,27 @@ namespace crease {
 /// factorisation of H the low frequencies of a surface move as fast as the high ones.
 class HingeMetric {
  public:
-  /// The mesh must outlive the object.
-  explicit HingeMetric(const FlatMesh& mesh);
+  /// The mesh and the team must outlive the object.
+  HingeMetric(const FlatMesh& mesh, ThreadTeam& team);
 
   /// `stiffness` per edge, `diagonal` per vertex, `fading_area` as in GraduatedEnergy.
   void factorize(std::span<const float> positions, std::span<const float> stiffness, std::span<const double> diagonal,
                  float fading_area);
 
-  /// H⁻¹ · values: a number for each vertex.
-  std::vector<double> solve(std::span<const double> values) const;
-  /// The same for flat vectors, in place.
+  /// H⁻¹ times four fields: four numbers for each vertex, of double precision.
+  FourFields solve(const FourFields& fields) const;
+  /// The same for flat vectors, in place, of single precision.
   void solve(std::span<float> vectors) const;
 
  private:
   std::array<double, 4> stencil(std::span<const float> positions, std::size_t edge, float fading_area) const;
 
   const FlatMesh& mesh_;
-  Eigen::SparseMatrix<double> matrix_;  ///< lower triangle
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors_;
+  ThreadTeam& team_;
   std::vector<std::array<Index, 10>> places_;  ///< per edge: of the pairs of its vertices in the matrix
   std::vector<Index> diagonal_places_;
+  LowerTriangle matrix_;  ///< lower triangle
+  SparseCholesky factors_;
 };
 
 }  // namespace crease

@@ -19,9 +19,9 @@
 namespace crease {
 namespace {
 
-/// Stages of a usual run, which progress is measured in; runs may take fewer or more. Those of scans solve ten to
-/// fourteen weights.
-constexpr std::uint32_t kUsualStages = 16, kUsualStagesOfScan = 28;
+/// Stages of a usual run, which progress is measured in; runs may take fewer or more. Those of scans solve five to
+/// nine weights.
+constexpr std::uint32_t kUsualStages = 16, kUsualStagesOfScan = 20;
 /// That labels of snapshots are for, in ℓ.
 constexpr double kUsualNoise = 0.2;
 
@@ -113,7 +113,7 @@ class AutomaticRun {
       const ChoiceOptions options = choice_options(options_);
       const std::optional<NoiseSpectrum> spectrum = correlated_noise(surface, options);
       if (spectrum) usual_stages_ = kUsualStagesOfScan;
-      const ChoiceResult chosen = spectrum ? remove_correlated_noise(surface, mesh, *spectrum, options, solve, report)
+      const ChoiceResult chosen = spectrum ? remove_correlated_noise(surface, mesh, *spectrum, options, solve, report, team_)
                                            : choose_and_solve(surface, mesh, precisions_, options, solve, report);
       result_.positions = upload_positions(chosen.positions);
       result_.labels = labels(chosen.ridge_angles, report.noise_sigma);
@@ -138,10 +138,10 @@ class AutomaticRun {
   }
 
   /// Noise that is correlated over several edges, unless the options say otherwise.
-  std::optional<NoiseSpectrum> correlated_noise(const Surface& surface, const ChoiceOptions& options) const {
+  std::optional<NoiseSpectrum> correlated_noise(const Surface& surface, const ChoiceOptions& options) {
     const bool told = options.noise_direction || options.noise_sigma || options.surface || !precisions_.empty();
     if (surface.faces.size() > kMostFacesOfScan || (told && !options.correlated)) return std::nullopt;
-    return find_correlated_noise(surface, options.correlated);
+    return find_correlated_noise(surface, options.correlated, team_);
   }
 
   double seconds() const { return seconds_before_ + stopwatch_.seconds(); }

@@ -81,10 +81,12 @@ TEST(Evidence, FindsThatNoiseIsImpulsive) {
 
 /// Coarse parts under strong noise of other kinds once read as scans.
 TEST(NoiseSpectrum, IndependentNoiseIsNotTakenForCorrelated) {
+  ThreadTeam alone(1);
   for (const std::string model : {"cut_box", "cut_box_irregular", "cut_box_graded", "shaft", "bracket_irregular"}) {
     for (const auto& [noise, level] : {std::pair(Noise::kGrowing, 0.3), std::pair(Noise::kImpulsive, 0.5),
                                        std::pair(Noise::kIsotropic, 0.5), std::pair(Noise::kNormal, 0.3)}) {
-      EXPECT_FALSE(find_correlated_noise(Work(recipe(model, noise, level)).surface)) << model << word_of(noise);
+      EXPECT_FALSE(find_correlated_noise(Work(recipe(model, noise, level)).surface, false, alone))
+          << model << word_of(noise);
     }
   }
 }

@@ -101,7 +101,8 @@ TEST(Checkpoint, ARunResumedAtAnySweepEndsWithTheSameBits) {
     SCOPED_TRACE(name);
     RunContext undisturbed;
     const SmoothResult expected = run(noisy_cube(), options, undisturbed);
-    for (std::uint32_t sweep = 1; sweep <= kSweeps; ++sweep) {
+    const auto last = std::min(kSweeps, static_cast<std::uint32_t>(expected.sweeps.size()));
+    for (std::uint32_t sweep = 1; sweep <= last; ++sweep) {
       SCOPED_TRACE(sweep);
       std::string checkpoint;
       const SmoothResult first = run_until(sweep, options, checkpoint);

@@ -66,46 +66,49 @@ TEST(GraduatedEnergy, ItsGradientIsThatOfFiniteDifferences) {
 }
 
 TEST(HingeMetric, SolvesWhatItsMatrixMakes) {
+  ThreadTeam alone(1);
   // Without stiffness H is the diagonal; and x·H⁻¹y = y·H⁻¹x always.
   const Mesh mesh = add_noise(test::cube(3), 0.1, 1, NoiseKind::kGaussian);
   const Topology topology = build_topology(mesh);
   const FlatMesh flat{Surface(mesh, topology)};
-  HingeMetric metric(flat);
+  HingeMetric metric(flat, alone);
   std::vector<float> stiffness(flat.edge_count, 0);
-  std::vector<double> diagonal, x, y;
+  std::vector<double> diagonal;
+  FourFields x, y;
   for (std::size_t v = 0; v < flat.vertex_count; ++v) {
     diagonal.push_back(1 + 0.1 * static_cast<double>(v % 5));
-    x.push_back(std::sin(static_cast<double>(v)));
-    y.push_back(std::cos(3 * static_cast<double>(v)));
+    x.emplace_back(std::sin(static_cast<double>(v)), 1, 0, -1);
+    y.emplace_back(std::cos(3 * static_cast<double>(v)), 2, 0, 1);
   }
   metric.factorize(flat.measured, stiffness, diagonal, 1e-3F);
-  const std::vector<double> quotients = metric.solve(x);
-  for (std::size_t v = 0; v < x.size(); ++v) EXPECT_NEAR(quotients[v], x[v] / diagonal[v], 1e-6);
+  const FourFields quotients = metric.solve(x);
+  for (std::size_t v = 0; v < x.size(); ++v) EXPECT_TRUE(quotients[v].isApprox(x[v] / diagonal[v], 1e-6));
 
   for (float& one : stiffness) one = 2;
   metric.factorize(flat.measured, stiffness, diagonal, 1e-3F);
-  const std::vector<double> by_x = metric.solve(x), by_y = metric.solve(y);
-  double xy = 0, yx = 0;
+  const FourFields by_x = metric.solve(x), by_y = metric.solve(y);
+  Eigen::Array4d xy = Eigen::Array4d::Zero(), yx = xy;
   for (std::size_t v = 0; v < x.size(); ++v) {
     xy += y[v] * by_x[v];
     yx += x[v] * by_y[v];
   }
-  EXPECT_NEAR(xy, yx, 1e-10);
+  EXPECT_TRUE(xy.isApprox(yx, 1e-10)) << xy << yx;
   FlatVectors three(3 * flat.vertex_count, 0);
-  for (std::size_t v = 0; v < x.size(); ++v) three[flat.vertex_count + v] = static_cast<float>(x[v]);
+  for (std::size_t v = 0; v < x.size(); ++v) three[flat.vertex_count + v] = static_cast<float>(x[v][0]);
   metric.solve(three);
-  for (std::size_t v = 0; v < x.size(); ++v) EXPECT_NEAR(three[flat.vertex_count + v], by_x[v], 1e-6);
+  for (std::size_t v = 0; v < x.size(); ++v) EXPECT_NEAR(three[flat.vertex_count + v], by_x[v][0], 1e-5);
 }
 
 /// Moves vertices along their normals by noise of many wavelengths that has the given deviation in edge
 /// lengths.
 Mesh with_correlated_noise(const Mesh& original, double sigma) {
+  ThreadTeam alone(1);
   const Topology topology = build_topology(original);
   const Surface surface(original, topology);
   NoiseSpectrum spectrum;
   constexpr std::array kShares = {0.05, 0.05, 0.1, 0.2, 0.3, 0.3, 0.0, 0.0};  // of ever longer waves, as scanners'
   for (std::size_t k = 0; k < kShares.size(); ++k) spectrum.variances[k] = kShares[k] * sigma * sigma;
-  const std::vector<double> noise = spectrum.sample(LazyWalk(surface), original.positions.size(), 3);
+  const std::vector<double> noise = spectrum.sample(LazyWalk(surface, alone), original.positions.size(), 3);
   std::vector<Vec3> normals(noise.size(), Vec3::Zero());
   for (std::size_t f = 0; f < surface.faces.size(); ++f) {
     for (const Index v : surface.faces[f]) normals[v] += surface.area_vector(f);
@@ -116,8 +119,9 @@ Mesh with_correlated_noise(const Mesh& original, double sigma) {
 }
 
 std::optional<NoiseSpectrum> spectrum_of(const Mesh& mesh) {
+  ThreadTeam alone(1);
   const Topology topology = build_topology(mesh);
-  return find_correlated_noise(Surface(mesh, topology));
+  return find_correlated_noise(Surface(mesh, topology), false, alone);
 }
 
 TEST(NoiseSpectrum, TellsCorrelatedNoiseFromWhiteNoiseAndFromShape) {
@@ -132,9 +136,10 @@ TEST(NoiseSpectrum, TellsCorrelatedNoiseFromWhiteNoiseAndFromShape) {
 }
 
 TEST(NoiseSpectrum, IsFoundOnEveryMeshWhenItIsAskedFor) {
+  ThreadTeam alone(1);
   for (const auto& member : test::mesh_family()) {
     const Topology topology = build_topology(member.mesh);
-    const auto spectrum = find_correlated_noise(Surface(member.mesh, topology), true);
+    const auto spectrum = find_correlated_noise(Surface(member.mesh, topology), true, alone);
     ASSERT_TRUE(spectrum) << member.name;
     EXPECT_TRUE(std::isfinite(spectrum->sigma())) << member.name;
   }
