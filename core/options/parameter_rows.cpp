@@ -402,7 +402,7 @@ std::vector<Parameter> make_table() {
        .field = 49,
        .group = kAutomatic,
        .meaning = "Kind of the noise: normal, along the vertex normals; isotropic, in all directions; correlated, over "
-                  "several edges, as of scanners; estimated. Meshes of over 200,000 faces never count as correlated.",
+                  "several edges, as of scanners; estimated. Meshes of over a million faces never count as correlated.",
        .places = at<&Mrf::noise>(),
        .conditions = {kDescent}},
       {.name = "noise_sigma",
