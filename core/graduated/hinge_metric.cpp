@@ -108,10 +108,16 @@ FourFields HingeMetric::solve(const FourFields& fields) const {
   for (int round = 0; round <= kRefinements; ++round) {
     Sides rest = right;
     if (round > 0) rest -= matrix_.selfadjointView<Eigen::Lower>() * result;
-    Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, 4, Eigen::RowMajor>> single(&lanes.front()[0], count, 4);
-    single = rest.cast<float>();
+    for (std::size_t v = 0; v < lanes.size(); ++v) {
+      const Eigen::RowVector4f side = rest.row(static_cast<Eigen::Index>(v)).cast<float>();
+      lanes[v] = HalfLanes{side[0], side[1], side[2], side[3]};
+    }
     factors_.solve(lanes, team_);
-    result += single.cast<double>();
+    for (std::size_t v = 0; v < lanes.size(); ++v) {
+      for (Eigen::Index k = 0; k < 4; ++k) {
+        result(static_cast<Eigen::Index>(v), k) += static_cast<double>(lanes[v][static_cast<std::size_t>(k)]);
+      }
+    }
   }
   FourFields solved(fields.size());
   for (Eigen::Index v = 0; v < count; ++v) solved[static_cast<std::size_t>(v)] = result.row(v).transpose().array();

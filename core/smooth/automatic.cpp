@@ -113,8 +113,9 @@ class AutomaticRun {
       const ChoiceOptions options = choice_options(options_);
       const std::optional<NoiseSpectrum> spectrum = correlated_noise(surface, options);
       if (spectrum) usual_stages_ = kUsualStagesOfScan;
-      const ChoiceResult chosen = spectrum ? remove_correlated_noise(surface, mesh, *spectrum, options, solve, report, team_)
-                                           : choose_and_solve(surface, mesh, precisions_, options, solve, report);
+      const ChoiceResult chosen = spectrum
+                                      ? remove_correlated_noise(surface, mesh, *spectrum, options, solve, report, team_)
+                                      : choose_and_solve(surface, mesh, precisions_, options, solve, report);
       result_.positions = upload_positions(chosen.positions);
       result_.labels = labels(chosen.ridge_angles, report.noise_sigma);
       ended_.risk = chosen.risk;

@@ -23,8 +23,8 @@ constexpr std::uint64_t kSamplerPerVertex = 120, kSamplerPerFace = 60, kSamplerP
 // The mesh file that is downloaded by default.
 constexpr std::uint64_t kMeshPerVertex = 64, kMeshPerFace = 16, kMeshPerEdge = 32;
 constexpr std::uint64_t kDiskForm = 64 * 1024;
-// Checkpoints of the automatic method have each of its solves: those of the whole mesh, nine of a scan, and one for each setting that
-// it tries, on patches or on a mesh that is not larger.
+// Checkpoints of the automatic method have each of its solves: those of the whole mesh, nine of a scan, and one for
+// each setting that it tries, on patches or on a mesh that is not larger.
 constexpr std::uint64_t kSolvePerVertex = 32, kWholeSolves = 11, kTrials = 28, kMostTrialVertices = 24'000;
 constexpr std::uint64_t kSitesPerMs = 1'000;   // visits of a vertex or an edge
 constexpr std::uint64_t kBytesPerMs = 20'000;  // that a confined process reads and checks, or reads and writes

@@ -145,6 +145,16 @@ TEST(NoiseSpectrum, IsFoundOnEveryMeshWhenItIsAskedFor) {
   }
 }
 
+/// Stein's risk alone once smoothed away what bends, and left flats as rough as they were.
+TEST(Automatic, RemovesCorrelatedNoiseFromFlatAndFromCurvedSurfaces) {
+  MrfOptions options;
+  options.noise = NoiseOption::kCorrelated;
+  const Mesh cube = test::cube(24), sphere = test::icosphere(3);
+  EXPECT_LT(error_of(cube, with_correlated_noise(cube, 0.3), options), 2.5);
+  const Mesh noisy = with_correlated_noise(sphere, 0.3);
+  EXPECT_LT(error_of(sphere, noisy, options), 0.8 * measure(sphere, noisy).mean_normal_error_deg);
+}
+
 TEST(Automatic, RemovesCorrelatedNoiseFarBetterThanAsIfItWereWhite) {
   const Mesh original = test::cube(24), noisy = with_correlated_noise(original, 0.5);
   MrfOptions white;
