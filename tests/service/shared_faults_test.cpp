@@ -84,11 +84,11 @@ TEST_F(SharedFaults, AFailoverToAReplicaLosesNothingAcknowledged) {
   std::array<std::unique_ptr<Program>, 4> workers;
   for (auto& worker : workers) worker = new_worker(both);
   std::map<int, std::string> ids;
-  for (int seed = 1; seed <= 4; ++seed) ids[seed] = submitted(*servers.at(seed % 2U), seed);
+  for (int seed = 1; seed <= 4; ++seed) ids[seed] = submitted(*servers.at(static_cast<std::size_t>(seed % 2)), seed);
   ASSERT_TRUE(some_job_runs(*servers[0]));
   primary.stop();
   replica->promote();
-  for (int seed = 5; seed <= 6; ++seed) ids[seed] = submitted(*servers.at(seed % 2U), seed);
+  for (int seed = 5; seed <= 6; ++seed) ids[seed] = submitted(*servers.at(static_cast<std::size_t>(seed % 2)), seed);
   std::set<std::string> acknowledged;
   for (const auto& [seed, id] : ids) {
     EXPECT_EQ(ended(*servers[0], id)["state"], "succeeded");
