@@ -1,11 +1,14 @@
 import { smoothNormals, type Surface } from './surface';
 
-interface Accessor {
+/** As glTF has it. */
+export interface Accessor {
   bufferView?: number;
   byteOffset?: number;
   componentType: number;
   count: number;
   type: string;
+  normalized?: boolean;
+  sparse?: unknown;
 }
 interface Document {
   accessors?: Accessor[];
@@ -17,7 +20,8 @@ interface Document {
 }
 
 const kComponents: Record<string, number> = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
-const kMagic = 0x46546c67;
+/** The first word of a GLB file. */
+export const kMagic = 0x46546c67;
 
 /** The surface of a GLB file. What the service writes is not copied: the arrays are views of `bytes`. */
 export function readGlb(bytes: ArrayBuffer): Surface {

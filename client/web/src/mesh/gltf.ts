@@ -1,15 +1,7 @@
 import { Matrix4, Quaternion, Vector3 } from 'three';
+import { kMagic, type Accessor } from './glb';
 import type { Triangles } from './read';
 
-interface Accessor {
-  bufferView?: number;
-  byteOffset?: number;
-  componentType: number;
-  count: number;
-  type: string;
-  normalized?: boolean;
-  sparse?: unknown;
-}
 interface View {
   buffer: number;
   byteOffset?: number;
@@ -43,7 +35,7 @@ interface Document {
 
 const kCompressions = /^(KHR_draco_mesh_compression|EXT_meshopt_compression)$/;
 const kTriangles = 4, kStrip = 5, kFan = 6;
-const kMagic = 0x46546c67, kChunkOfJson = 20;
+const kChunkOfJson = 20;
 
 /**
  * The triangles of the scene of a glTF or GLB file, for the eye. Throws where only the service knows what is meant:
