@@ -64,7 +64,7 @@ class Choice {
   /// organic setting wins: the comparison of risks that follows makes it better than the model expects.
   Setting choose() {
     constexpr double kNearTie = 0.02;
-    SettingErrors errors = expected_log_errors(features_of(trial_mesh(), evidence_));
+    SettingErrors errors = kFittedModel.expected(features_of(trial_mesh(), evidence_));
     for (std::size_t i = 0; i < errors.size(); ++i) {
       if (kSettings[i].family.name == kOrganicFamily.name) errors[i] -= kNearTie;
       if (options_.surface && kSettings[i].family.name != *options_.surface) {

@@ -8,16 +8,17 @@
 #include <utility>
 
 #include "core/base/random.h"
+#include "core/choice/scan_error.h"
 #include "core/mesh/face_vectors.h"
 
 namespace crease {
 namespace {
 
-constexpr std::array<int, 7> kBands = {1, 2, 4, 8, 16, 32, 64};
-constexpr std::size_t kFirstLook = 3;  ///< bands that already rule white noise in
+constexpr std::array<int, NoiseSpectrum{}.bands.size()> kBands = {1, 2, 4, 8, 16, 32, 64};
+constexpr std::size_t kFirstLook = 3;  ///< bands that already tell white noise
 constexpr std::size_t kLeastVertices = 1500;
 constexpr double kLeastDensity = 1e-9;
-constexpr double kRise = 2.45;  ///< of correlated noise from the second band to the third
+constexpr double kLeastNoise = 1e-3;  ///< density; scanners that round leave flats, too, but more than this around them
 
 /// A standard normal number for each vertex.
 std::vector<double> white_noise(std::size_t vertices, std::uint32_t seed, std::uint32_t number) {
@@ -65,12 +66,6 @@ double quantile(std::vector<double>& values, double share) {
   std::nth_element(values.begin(), place, values.end());
   return *place;
 }
-
-/// Quantiles of a band's local energy over those of white noise.
-struct Density {
-  double low = 0, quarter = 0, half = 0, high = 0;  ///< at 0.1, 0.25, 0.5, 0.75
-  double middle() const { return std::max(kLeastDensity, std::sqrt(quarter * half)); }
-};
 
 class Spectrometer {
  public:
@@ -146,29 +141,18 @@ class Spectrometer {
   std::vector<std::uint8_t> inner_;
 };
 
-/// Thresholds on the growth of the density from band to band, set on development scans.
-bool reads_as_correlated(const std::vector<Density>& bands) {
-  constexpr double kLeastNoise = 5e-4;
-  const auto growth = [&](std::size_t k) { return bands[k].low / bands[k - 1].low; };
-  if (bands[0].low <= kLeastNoise) return false;
-  const bool rises_and_levels_off =
-      growth(2) >= kRise && growth(3) < 5.5 && (growth(1) < 1.9 || std::min(growth(3), growth(4)) < 3.0);
-  // An excess over white noise that is the same all over is noise and not shape.
-  const bool is_stationary = growth(2) >= 1.3 && growth(3) >= 2.55 && growth(3) < 3.6 &&
-                             bands[3].high < 1.9 * bands[3].low && bands[4].high < 2.1 * bands[4].low;
-  return rises_and_levels_off || is_stationary;
-}
-
-/// Whether the density hardly grows any more at coarse bands, as that of noise does and that of shape does not. Scans
-/// grow 5-fold from the fourth band to the sixth, surfaces with independent noise 18-fold and more; 20-fold is still
-/// noise where it rose early and is as strong all over the surface. Thresholds set on development pairs.
-bool levels_off(const std::vector<Density>& bands) {
-  constexpr double kLeastGrowth = 1, kLargestGrowth = 14, kLargestGrowthAllOver = 25, kAllOver = 1.65;
-  const double growth = bands[5].low / bands[3].low;
-  const bool rises = bands[2].low >= kRise * bands[1].low;
-  double spread = 0;
-  for (std::size_t k = 1; k < 4; ++k) spread = std::max(spread, bands[k].high / bands[k].low);
-  return growth > kLeastGrowth && growth < (rises && spread < kAllOver ? kLargestGrowthAllOver : kLargestGrowth);
+/// Where surfaces are flat, they are flat to the last bit, unless there is noise on them.
+bool is_exactly_flat_in_places(const Surface& surface) {
+  constexpr double kFlat = 1e-4, kPlaces = 0.02;  // radians; share of the edges
+  std::size_t flat = 0, inner = 0;
+  for (std::size_t e = 0; e < surface.topology.edges.size(); ++e) {
+    if (!surface.topology.is_interior(e)) continue;
+    const auto [first, second] = surface.topology.edge_faces[e];
+    const Vec3 a = surface.area_vector(first), b = surface.area_vector(second);
+    ++inner;
+    if (a.cross(b).norm() < kFlat * a.dot(b)) ++flat;
+  }
+  return static_cast<double>(flat) > kPlaces * static_cast<double>(inner);
 }
 
 constexpr std::size_t kParts = NoiseSpectrum::kSteps.size();
@@ -214,7 +198,6 @@ NoiseSpectrum fitted(const LazyWalk& walk, std::size_t vertices, const std::arra
       if (squares > 0) spectrum.variances[part] = std::max(0.0, spectrum.variances[part] - misfit / squares);
     }
   }
-  spectrum.finest = density[0];
   return spectrum;
 }
 
@@ -253,21 +236,22 @@ std::optional<NoiseSpectrum> find_correlated_noise(const Surface& surface, bool 
   constexpr double kLeastGrowth = 1.3, kLargestGrowth = 2.7;
   if (!force && surface.measured.size() < kLeastVertices) return std::nullopt;
   Spectrometer spectrometer(surface, team);
-  std::vector<Density> bands;
-  for (const int t : kBands) {
-    bands.push_back(spectrometer.density(t));
+  std::array<Density, kBands.size()> bands;
+  for (std::size_t k = 0; k < kBands.size(); ++k) {
+    bands[k] = spectrometer.density(kBands[k]);
     if (force) continue;
-    if (bands.size() == kFirstLook && bands[2].low < kLeastGrowth * bands[1].low) return std::nullopt;
-    constexpr std::size_t kSecondLook = 5, kThirdLook = 6;
-    if (bands.size() == kSecondLook && !reads_as_correlated(bands)) return std::nullopt;
-    if (bands.size() == kThirdLook && !levels_off(bands)) return std::nullopt;
+    if (k == 0 && bands[0].low < kLeastNoise && is_exactly_flat_in_places(surface)) return std::nullopt;
+    if (k + 1 == kFirstLook && bands[2].low < kLeastGrowth * bands[1].low) return std::nullopt;
+    if (k + 1 == kTellingBands && !may_be_correlated(std::span(bands).first<kTellingBands>())) return std::nullopt;
   }
   std::array<double, kBands.size()> density{};
   for (std::size_t k = 0; k < density.size(); ++k) {
-    density[k] = bands[k].middle();
+    density[k] = std::max(kLeastDensity, std::sqrt(bands[k].quarter * bands[k].half));
     if (k > 0) density[k] = std::min(density[k], kLargestGrowth * density[k - 1]);
   }
-  return fitted(spectrometer.walk(), surface.measured.size(), density);
+  NoiseSpectrum spectrum = fitted(spectrometer.walk(), surface.measured.size(), density);
+  spectrum.bands = bands;
+  return spectrum;
 }
 
 }  // namespace crease

@@ -19,7 +19,7 @@ constexpr std::array<std::string_view, 3> words_of(NoiseDirection) { return {"no
 struct CandidateReport {
   std::string family;
   double weight = 0;
-  double expected_error = 1;  ///< of the normals, over that of the chosen one; of correlated noise the estimated risk
+  double expected_error = 1;  ///< of the normals, over that of the chosen one
 };
 
 /// What was estimated and chosen.

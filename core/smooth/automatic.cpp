@@ -19,9 +19,9 @@
 namespace crease {
 namespace {
 
-/// Stages of a usual run, which progress is measured in; runs may take fewer or more. Those of scans solve five to
-/// nine weights.
-constexpr std::uint32_t kUsualStages = 16, kUsualStagesOfScan = 20;
+/// Stages of a usual run, which progress is measured in; runs may take fewer or more. Those of scans solve five to ten
+/// weights; five where the noise turns out to be independent.
+constexpr std::uint32_t kUsualStages = 16, kUsualStagesOfScan = 20, kStagesOfTrial = 14;
 /// That labels of snapshots are for, in ℓ.
 constexpr double kUsualNoise = 0.2;
 
@@ -111,11 +111,15 @@ class AutomaticRun {
     try {
       const Solve solve = [&](const SolveRequest& request) { return solved(request); };
       const ChoiceOptions options = choice_options(options_);
-      const std::optional<NoiseSpectrum> spectrum = correlated_noise(surface, options);
-      if (spectrum) usual_stages_ = kUsualStagesOfScan;
-      const ChoiceResult chosen = spectrum
-                                      ? remove_correlated_noise(surface, mesh, *spectrum, options, solve, report, team_)
-                                      : choose_and_solve(surface, mesh, precisions_, options, solve, report);
+      std::optional<NoiseSpectrum> spectrum = correlated_noise(surface, options);
+      std::optional<ChoiceResult> found;
+      if (spectrum) {
+        usual_stages_ = options.correlated ? kUsualStagesOfScan : kUsualStages + kStagesOfTrial;
+        found = remove_correlated_noise(surface, mesh, *spectrum, options, solve, report, team_);
+        if (!found) spectrum.reset();
+      }
+      if (!found) found = choose_and_solve(surface, mesh, precisions_, options, solve, report);
+      const ChoiceResult& chosen = *found;
       result_.positions = upload_positions(chosen.positions);
       result_.labels = labels(chosen.ridge_angles, report.noise_sigma);
       ended_.risk = chosen.risk;

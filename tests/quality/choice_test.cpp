@@ -6,7 +6,7 @@
 #include "core/choice/evidence.h"
 #include "core/choice/expected_error.h"
 #include "core/choice/features.h"
-#include "core/choice/noise_spectrum.h"
+#include "core/smooth/smooth.h"
 #include "tests/quality/pairs.h"
 
 namespace crease::quality {
@@ -42,7 +42,7 @@ TEST(ExpectedError, IsFiniteForWhateverFeatures) {
   for (const double feature : {-1e9, 0.0, 1e9}) {
     Features features{};
     features.fill(feature);
-    for (const double error : expected_log_errors(features)) EXPECT_TRUE(std::isfinite(error));
+    for (const double error : kFittedModel.expected(features)) EXPECT_TRUE(std::isfinite(error));
   }
 }
 
@@ -50,7 +50,7 @@ TEST(ExpectedError, IsFiniteForWhateverFeatures) {
 TEST(ExpectedError, TellsFlatPartsFromRoundOnes) {
   const auto best_for = [](const PairRecipe& of) {
     const Work work(of);
-    const auto errors = expected_log_errors(features_of(work.mesh, work.evidence()));
+    const auto errors = kFittedModel.expected(features_of(work.mesh, work.evidence()));
     return kSettings.at(static_cast<std::size_t>(std::ranges::min_element(errors) - errors.begin())).family.name;
   };
   EXPECT_EQ(best_for(recipe("stepped_block", Noise::kNormal, 0.2)), "creases");
@@ -79,15 +79,33 @@ TEST(Evidence, FindsThatNoiseIsImpulsive) {
   EXPECT_TRUE(Work(recipe("stepped_block", Noise::kImpulsive, 0.4)).evidence().impulsive);
 }
 
+bool counts_as_correlated(const Mesh& noisy) {
+  RunContext context;
+  return smooth(noisy, build_topology(noisy), {MrfOptions{}, 1}, context).choice.value().correlation_length > 0;
+}
+
 /// Coarse parts under strong noise of other kinds once read as scans.
-TEST(NoiseSpectrum, IndependentNoiseIsNotTakenForCorrelated) {
-  ThreadTeam alone(1);
+TEST(Scans, IndependentNoiseIsNotTakenForCorrelated) {
   for (const std::string model : {"cut_box", "cut_box_irregular", "cut_box_graded", "shaft", "bracket_irregular"}) {
     for (const auto& [noise, level] : {std::pair(Noise::kGrowing, 0.3), std::pair(Noise::kImpulsive, 0.5),
                                        std::pair(Noise::kIsotropic, 0.5), std::pair(Noise::kNormal, 0.3)}) {
-      EXPECT_FALSE(find_correlated_noise(Work(recipe(model, noise, level)).surface, false, alone))
-          << model << word_of(noise);
+      EXPECT_FALSE(counts_as_correlated(Work(recipe(model, noise, level)).pair.noisy)) << model << word_of(noise);
     }
+  }
+}
+
+/// Noise of one wavelength, which is smoother than that of scanners, once read as shape. The parts are none of those
+/// that the model was fitted to.
+TEST(Scans, NoiseOfOneWavelengthIsFound) {
+  for (const std::string model : {"channel", "channel_slivers", "channel_irregular"}) {
+    EXPECT_TRUE(counts_as_correlated(Work(recipe(model, Noise::kCorrelated, 0.3)).pair.noisy)) << model;
+  }
+}
+
+TEST(Scans, PartsWithoutNoiseAreNotTakenForScans) {
+  for (const std::string model : {"channel", "channel_irregular", "channel_slivers", "spindle", "spindle_graded",
+                                  "bullet", "bullet_open", "stepped_block", "facets_18"}) {
+    EXPECT_FALSE(counts_as_correlated(Work(recipe(model, Noise::kNormal, 0)).pair.original)) << model;
   }
 }
 

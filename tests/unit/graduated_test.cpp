@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/choice/noise_spectrum.h"
+#include "core/choice/scan_error.h"
 #include "core/graduated/descent.h"
 #include "core/graduated/fast_math.h"
 #include "core/graduated/hinge_metric.h"
@@ -118,21 +119,14 @@ Mesh with_correlated_noise(const Mesh& original, double sigma) {
   return noisy;
 }
 
-std::optional<NoiseSpectrum> spectrum_of(const Mesh& mesh) {
-  ThreadTeam alone(1);
-  const Topology topology = build_topology(mesh);
-  return find_correlated_noise(Surface(mesh, topology), false, alone);
-}
+double correlation_length_of(const Mesh& mesh) { return automatic(mesh).choice.value().correlation_length; }
 
-TEST(NoiseSpectrum, TellsCorrelatedNoiseFromWhiteNoiseAndFromShape) {
+TEST(Automatic, TellsCorrelatedNoiseFromWhiteNoiseAndFromShape) {
   for (const Mesh& original : {test::cube(24), test::icosphere(4), test::cad_part(6).mesh}) {
-    EXPECT_FALSE(spectrum_of(original)) << original.triangles.size();
-    EXPECT_FALSE(spectrum_of(add_noise(original, 0.2, 1, NoiseKind::kNormal))) << original.triangles.size();
+    EXPECT_EQ(correlation_length_of(original), 0) << original.triangles.size();
+    EXPECT_EQ(correlation_length_of(add_noise(original, 0.2, 1, NoiseKind::kNormal)), 0) << original.triangles.size();
   }
-  const auto spectrum = spectrum_of(with_correlated_noise(test::cube(24), 0.5));
-  ASSERT_TRUE(spectrum);
-  EXPECT_GT(spectrum->length(), 1);
-  EXPECT_GT(spectrum->sigma(), 0.1);
+  EXPECT_GT(correlation_length_of(with_correlated_noise(test::cube(24), 0.5)), 1);
 }
 
 TEST(NoiseSpectrum, IsFoundOnEveryMeshWhenItIsAskedFor) {
@@ -142,6 +136,29 @@ TEST(NoiseSpectrum, IsFoundOnEveryMeshWhenItIsAskedFor) {
     const auto spectrum = find_correlated_noise(Surface(member.mesh, topology), true, alone);
     ASSERT_TRUE(spectrum) << member.name;
     EXPECT_TRUE(std::isfinite(spectrum->sigma())) << member.name;
+  }
+}
+
+TEST(ErrorModel, ExpectsTheMeanFarFromWhatItKnows) {
+  using Model = ErrorModel<2, 1>;
+  const std::array<Model::Landmark, 1> landmarks{{{{}, {0.25}}}};
+  const Model model{{10, 20}, {1, 2}, {0.5}, landmarks};
+  EXPECT_DOUBLE_EQ(model.expected({10, 20})[0], 0.75);
+  EXPECT_NEAR(model.expected({11, 20})[0], 0.5 + 0.25 * std::exp(-0.5), 1e-12);
+  EXPECT_NEAR(model.expected({1e9, -1e9})[0], 0.5, 1e-3);
+}
+
+TEST(ScanError, TheShapeOfASpectrumIsThatOfItsMultiples) {
+  std::array<Density, kTellingBands> bands{}, multiples{};
+  for (std::size_t k = 0; k < kTellingBands; ++k) {
+    const double low = std::exp2(static_cast<double>(k));
+    bands[k] = {low, 2 * low, 3 * low, 4 * low};
+    multiples[k] = {7 * low, 14 * low, 21 * low, 28 * low};
+  }
+  const auto shape = shape_of(bands), of_multiples = shape_of(multiples);
+  for (std::size_t k = 0; k < shape.size(); ++k) {
+    EXPECT_NEAR(shape[k], of_multiples[k], 1e-12);
+    EXPECT_NEAR(shape[k], k + 1 < kTellingBands ? std::log(2) : std::log(4), 1e-12);
   }
 }
 

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace crease {
+
+/// Kernel ridge regression of the errors of some methods on features of an upload. Features are standardised and cut
+/// off at kFarthest deviations. What resembles no landmark has the mean errors of the training pairs.
+template <std::size_t kFeatureCount, std::size_t kMethods>
+struct ErrorModel {
+  static constexpr double kFarthest = 3, kStepsPerDeviation = 40;
+  using Features = std::array<double, kFeatureCount>;
+  using Description = std::array<std::int8_t, kFeatureCount>;  ///< standardised, in 1 / kStepsPerDeviation
+  using Errors = std::array<double, kMethods>;
+
+  /// A training pair that the model knows.
+  struct Landmark {
+    Description features{};
+    Errors influence{};  ///< on the errors of uploads that look alike
+  };
+
+  Features means{}, deviations{};
+  Errors mean_errors{};
+  std::span<const Landmark> landmarks;
+
+  Description standardised(const Features& features) const {
+    Description steps{};
+    for (std::size_t k = 0; k < kFeatureCount; ++k) {
+      const double deviation = std::clamp((features[k] - means[k]) / deviations[k], -kFarthest, kFarthest);
+      steps[k] = static_cast<std::int8_t>(std::lround(deviation * kStepsPerDeviation));
+    }
+    return steps;
+  }
+
+  /// How much alike two descriptions are, from 0 to 1.
+  static double likeness(const Description& a, const Description& b) {
+    int squares = 0;
+    for (std::size_t k = 0; k < kFeatureCount; ++k) squares += (a[k] - b[k]) * (a[k] - b[k]);
+    constexpr double kUnit = kStepsPerDeviation * kStepsPerDeviation * kFeatureCount;
+    return std::exp(-squares / kUnit);
+  }
+
+  /// Per method.
+  Errors expected(const Features& features) const {
+    const Description description = standardised(features);
+    Errors errors = mean_errors;
+    for (const Landmark& landmark : landmarks) {
+      const double alike = likeness(description, landmark.features);
+      for (std::size_t i = 0; i < errors.size(); ++i) errors[i] += alike * landmark.influence[i];
+    }
+    return errors;
+  }
+};
+
+}  // namespace crease

@@ -1,0 +1,176 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <numeric>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/graduated/flat_mesh.h"
+#include "core/measure/measure.h"
+
+namespace crease::quality {
+
+/// A training pair: what an ErrorModel sees of it, and the errors it is to expect, mean angles between normals in
+/// degrees.
+template <typename Model>
+struct Sample {
+  std::string pair, family;
+  typename Model::Features features{};
+  typename Model::Errors errors{};
+
+  void read(std::istream& words) {
+    words >> pair >> family;
+    for (double& feature : features) words >> feature;
+    for (double& error : errors) words >> error;
+  }
+};
+
+/// A sample per line. Throws std::runtime_error for other lines.
+template <typename AnySample>
+std::vector<AnySample> read_samples(const std::vector<std::string>& files) {
+  std::vector<AnySample> samples;
+  for (const std::string& name : files) {
+    std::ifstream file(name);
+    for (std::string line; std::getline(file, line);) {
+      std::istringstream words(line);
+      samples.emplace_back().read(words);
+      if (!words) throw std::runtime_error(name + ": a row is not of these features and errors: " + line);
+    }
+  }
+  return samples;
+}
+
+inline double normal_error_deg(const Mesh& original, const FlatVectors& positions) {
+  Mesh moved = original;
+  for (std::size_t v = 0; v < moved.positions.size(); ++v) {
+    const auto p = vector_at(positions, v);
+    moved.positions[v] = Vec3(p[0], p[1], p[2]);
+  }
+  return measure(original, moved).mean_normal_error_deg;
+}
+
+/// Errors below 0.1 degrees count as this.
+inline double log_error(double error) {
+  constexpr double kLeastErrorDeg = 0.1;
+  return std::log(std::max(kLeastErrorDeg, error));
+}
+
+/// Logarithm of the error of a method over that of the best one.
+template <typename AnySample>
+double loss(const AnySample& sample, std::size_t method) {
+  return log_error(sample.errors[method]) - log_error(*std::ranges::min_element(sample.errors));
+}
+
+/// A model whose landmarks it owns.
+template <typename Model>
+struct Fit {
+  Model model;
+  std::vector<typename Model::Landmark> landmarks;
+};
+
+template <typename Model, typename AnySample>
+void standardise(const std::vector<const AnySample*>& samples, Model& model) {
+  const auto count = static_cast<double>(samples.size());
+  for (std::size_t k = 0; k < model.means.size(); ++k) {
+    double squares = 0;
+    for (const AnySample* sample : samples) model.means[k] += sample->features[k] / count;
+    for (const AnySample* sample : samples) squares += std::pow(sample->features[k] - model.means[k], 2) / count;
+    model.deviations[k] = std::sqrt(squares) + 1e-6;
+  }
+}
+
+/// Kernel ridge regression of the logarithms of the errors over the smallest of their pair.
+template <typename Model, typename AnySample>
+Fit<Model> fitted(const std::vector<const AnySample*>& samples) {
+  constexpr double kPenalty = 0.1;
+  const auto count = static_cast<Eigen::Index>(samples.size());
+  Fit<Model> fit;
+  standardise(samples, fit.model);
+  const std::size_t methods = fit.model.mean_errors.size();
+  Eigen::MatrixXd errors(count, static_cast<Eigen::Index>(methods)), alike(count, count);
+  for (Eigen::Index s = 0; s < count; ++s) {
+    const AnySample& sample = *samples[static_cast<std::size_t>(s)];
+    fit.landmarks.push_back({fit.model.standardised(sample.features), {}});
+    for (std::size_t i = 0; i < methods; ++i) {
+      const double error = std::min(Model::kWorst, loss(sample, i));
+      errors(s, static_cast<Eigen::Index>(i)) = error;
+      fit.model.mean_errors[i] += error / static_cast<double>(count);
+    }
+    for (Eigen::Index other = 0; other <= s; ++other) {
+      alike(s, other) =
+          Model::likeness(fit.landmarks.back().features, fit.landmarks[static_cast<std::size_t>(other)].features);
+    }
+  }
+  for (std::size_t i = 0; i < methods; ++i) {
+    errors.col(static_cast<Eigen::Index>(i)).array() -= fit.model.mean_errors[i];
+  }
+  alike.diagonal().array() += kPenalty;
+  const Eigen::MatrixXd influence = alike.template selfadjointView<Eigen::Lower>().llt().solve(errors);
+  for (Eigen::Index s = 0; s < count; ++s) {
+    for (std::size_t i = 0; i < methods; ++i) {
+      fit.landmarks[static_cast<std::size_t>(s)].influence[i] = influence(s, static_cast<Eigen::Index>(i));
+    }
+  }
+  fit.model.landmarks = fit.landmarks;
+  return fit;
+}
+
+/// Calls `use` with each sample and a model that was fitted without the sample's family: a tenth of the families is
+/// left out at a time.
+template <typename Model, typename AnySample, typename Use>
+void visit_left_out(const std::vector<AnySample>& samples, Use use) {
+  constexpr std::size_t kFolds = 10;
+  std::map<std::string, std::size_t> folds;
+  for (const AnySample& sample : samples) folds.emplace(sample.family, folds.size() % kFolds);
+  for (std::size_t fold = 0; fold < kFolds; ++fold) {
+    std::vector<const AnySample*> others;
+    for (const AnySample& sample : samples) {
+      if (folds.at(sample.family) != fold) others.push_back(&sample);
+    }
+    const Fit<Model> fit = fitted<Model>(others);
+    for (const AnySample& sample : samples) {
+      if (folds.at(sample.family) == fold) use(sample, fit.model);
+    }
+  }
+}
+
+template <typename Numbers>
+std::string row_of(const Numbers& numbers) {
+  return fmt::format("{{{:.5g}}}", fmt::join(numbers, ", "));
+}
+
+/// The head of a table that a program writes and nobody reads.
+inline void print_table_head(std::string_view include) {
+  fmt::print(
+      "#pragma once\n\n#include \"{}\"\n\nnamespace crease {{\n\n"
+      "// Written by fit_choice in tests/quality.\n// clang-format off\n\n",
+      include);
+}
+
+/// Constants named kPREFIXFeatureMeans and so on, and the end of the file.
+template <typename Model>
+void print_table(const Fit<Model>& fit, std::string_view type, std::string_view prefix) {
+  fmt::print(
+      "inline constexpr {0}::Features k{1}FeatureMeans{{{2}}};\n"
+      "inline constexpr {0}::Features k{1}FeatureDeviations{{{3}}};\n"
+      "inline constexpr {0}::Errors k{1}MeanErrors{{{4}}};\n"
+      "inline constexpr std::array<{0}::Landmark, {5}> k{1}Landmarks{{{{\n",
+      type, prefix, row_of(fit.model.means), row_of(fit.model.deviations), row_of(fit.model.mean_errors),
+      fit.landmarks.size());
+  for (const auto& landmark : fit.landmarks) {
+    fmt::print("{{{{{{{}}}}},{{{{{:.3g}}}}}}},\n", fmt::join(landmark.features, ","),
+               fmt::join(landmark.influence, ","));
+  }
+  fmt::print("}}}};\n\n// clang-format on\n\n}}  // namespace crease\n");
+}
+
+}  // namespace crease::quality

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace crease::quality {
+
+/// What to measure: every so manieth item, so that several processes share the work.
+struct Part {
+  std::size_t part = 0, parts = 1;
+  std::string meshes, models;  ///< folders
+};
+
+/// Prints what the model of scans sees of training models with correlated noise, with independent noise, and without,
+/// and the errors of the weights and of the setting for independent noise; a pair per line.
+void measure_scans(const Part& of);
+
+/// Prints core/choice/scan_error_table.h, and what the choice costs to stderr.
+void write_scan_table(const std::vector<std::string>& files);
+
+}  // namespace crease::quality
