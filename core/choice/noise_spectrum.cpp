@@ -18,7 +18,9 @@ constexpr std::array<int, NoiseSpectrum{}.bands.size()> kBands = {1, 2, 4, 8, 16
 constexpr std::size_t kFirstLook = 3;  ///< bands that already tell white noise
 constexpr std::size_t kLeastVertices = 1500;
 constexpr double kLeastDensity = 1e-9;
-constexpr double kLeastNoise = 1e-3;  ///< density; scanners that round leave flats, too, but more than this around them
+/// More exact flats than this are those of a surface without noise. Scanners that round leave some, too, but then there
+/// is noise around them, with a density of kLeastNoise and more.
+constexpr double kFewFlats = 0.02, kManyFlats = 0.15, kLeastNoise = 1e-3;
 
 /// A standard normal number for each vertex.
 std::vector<double> white_noise(std::size_t vertices, std::uint32_t seed, std::uint32_t number) {
@@ -141,9 +143,9 @@ class Spectrometer {
   std::vector<std::uint8_t> inner_;
 };
 
-/// Where surfaces are flat, they are flat to the last bit, unless there is noise on them.
-bool is_exactly_flat_in_places(const Surface& surface) {
-  constexpr double kFlat = 1e-4, kPlaces = 0.02;  // radians; share of the edges
+/// The share of the edges whose faces are in one plane to the last bit, as they are where there is no noise.
+double share_of_exact_flats(const Surface& surface) {
+  constexpr double kFlat = 1e-4;  // radians
   std::size_t flat = 0, inner = 0;
   for (std::size_t e = 0; e < surface.topology.edges.size(); ++e) {
     if (!surface.topology.is_interior(e)) continue;
@@ -152,7 +154,7 @@ bool is_exactly_flat_in_places(const Surface& surface) {
     ++inner;
     if (a.cross(b).norm() < kFlat * a.dot(b)) ++flat;
   }
-  return static_cast<double>(flat) > kPlaces * static_cast<double>(inner);
+  return static_cast<double>(flat) / static_cast<double>(std::max<std::size_t>(1, inner));
 }
 
 constexpr std::size_t kParts = NoiseSpectrum::kSteps.size();
@@ -235,12 +237,13 @@ std::vector<double> NoiseSpectrum::sample(const LazyWalk& walk, std::size_t vert
 std::optional<NoiseSpectrum> find_correlated_noise(const Surface& surface, bool force, ThreadTeam& team) {
   constexpr double kLeastGrowth = 1.3, kLargestGrowth = 2.7;
   if (!force && surface.measured.size() < kLeastVertices) return std::nullopt;
+  const double flats = force ? 0 : share_of_exact_flats(surface);
   Spectrometer spectrometer(surface, team);
   std::array<Density, kBands.size()> bands;
   for (std::size_t k = 0; k < kBands.size(); ++k) {
     bands[k] = spectrometer.density(kBands[k]);
     if (force) continue;
-    if (k == 0 && bands[0].low < kLeastNoise && is_exactly_flat_in_places(surface)) return std::nullopt;
+    if (k == 0 && flats > (bands[0].low < kLeastNoise ? kFewFlats : kManyFlats)) return std::nullopt;
     if (k + 1 == kFirstLook && bands[2].low < kLeastGrowth * bands[1].low) return std::nullopt;
     if (k + 1 == kTellingBands && !may_be_correlated(std::span(bands).first<kTellingBands>())) return std::nullopt;
   }

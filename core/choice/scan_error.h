@@ -48,7 +48,7 @@ using ScanErrors = ScanModel::Errors;
 
 /// By how much the logarithm of the error must be expected to be lower than with noise that counts as independent:
 /// meshes without noise lose much where their shape is taken for noise.
-inline constexpr double kLeastGainOfScan = 0.3;
+inline constexpr double kLeastGainOfScan = 0.45;
 
 /// Dihedral angles in radians. `risks` of the telling weights.
 ScanFeatures scan_features(std::span<const float> angles_measured, std::span<const float> angles_smooth,
