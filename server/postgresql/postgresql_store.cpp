@@ -10,8 +10,8 @@
 
 #include "server/base/failure.h"
 #include "server/jobs/needs.h"
+#include "server/postgresql/await_tables.h"
 #include "server/postgresql/job_rows.h"
-#include "server/postgresql/schema.h"
 #include "server/store/job_facts.h"
 
 namespace creased {
@@ -55,7 +55,6 @@ std::string url_of(const StoreOptions& options) { return with_timeouts(options.u
 
 PostgresqlStore::PostgresqlStore(const StoreOptions& options)
     : DatabaseStore(options), url_(url_of(options)), sessions_(url_), listener_(url_), blobs_(kCacheBytes) {
-  with_postgresql_errors([this] { prepare_tables(sessions_); });
   discard_removed();
   clean_leftovers();
 }
@@ -309,6 +308,7 @@ void PostgresqlStore::put_file(Transaction& transaction, std::string_view id, co
 }
 
 std::unique_ptr<Store> open_postgresql_store(const StoreOptions& options) {
+  await_tables(url_of(options));
   return std::make_unique<PostgresqlStore>(options);
 }
 

@@ -21,6 +21,7 @@ namespace creased {
 /// and a transaction locks jobs, then the count, then sums of usage: never in a circle.
 class PostgresqlStore final : public DatabaseStore {
  public:
+  /// \pre the tables are prepared
   explicit PostgresqlStore(const StoreOptions& options);
 
   crease::v1::Job submit(const NewJob& job, bool& created) override;
@@ -141,7 +142,8 @@ class PostgresqlStore final : public DatabaseStore {
   Clock::time_point look_for_faults_at_;
 };
 
-/// Opens or creates the tables of a store. \throw Error store_unavailable
+/// Opens a store, whose tables it creates or migrates. Waits for the database as await_tables() does. \throw Error
+/// store_unavailable
 std::unique_ptr<Store> open_postgresql_store(const StoreOptions& options);
 
 }  // namespace creased

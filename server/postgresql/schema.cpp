@@ -226,19 +226,20 @@ void check_version(int found, int oldest_program) {
 
 }  // namespace
 
-void prepare_tables(SessionPool& sessions) {
-  Transaction transaction(sessions);
-  transaction.run("SELECT pg_advisory_xact_lock($1)", kMigrationLock);
-  transaction.run_script(
+void prepare_tables(pqxx::connection& connection) {
+  pqxx::work transaction(connection);
+  transaction.exec_params("SELECT pg_advisory_xact_lock($1)", kMigrationLock);
+  transaction.exec(
       "CREATE TABLE IF NOT EXISTS schema_version (version integer NOT NULL, oldest_program integer NOT NULL)");
-  const auto row = transaction.run("SELECT version, oldest_program FROM schema_version");
+  const auto row = transaction.exec("SELECT version, oldest_program FROM schema_version");
   int version = row.empty() ? 0 : row[0][0].as<int>();
   check_version(version, row.empty() ? 0 : row[0][1].as<int>());
-  if (row.empty()) transaction.run("INSERT INTO schema_version VALUES (0, 0)");
+  if (row.empty()) transaction.exec("INSERT INTO schema_version VALUES (0, 0)");
   for (; version < static_cast<int>(kMigrations.size()); ++version) {
     const Migration& next = kMigrations.at(static_cast<std::size_t>(version));
-    transaction.run_script(next.sql);
-    transaction.run("UPDATE schema_version SET version = $1, oldest_program = $2", version + 1, next.oldest_program);
+    transaction.exec(next.sql);
+    transaction.exec_params("UPDATE schema_version SET version = $1, oldest_program = $2", version + 1,
+                            next.oldest_program);
   }
   transaction.commit();
 }

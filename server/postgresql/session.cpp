@@ -32,9 +32,6 @@ bool is_readable(int socket) {
 
 crease::Error away() { return {code::kStoreUnavailable, "the database cannot be reached"}; }
 
-/// The first line: the rest is for those who wrote the statement.
-std::string first_line(std::string_view text) { return std::string(text.substr(0, text.find('\n'))); }
-
 }  // namespace
 
 std::string bytes_of(const pqxx::field& field) { return pqxx::binarystring(field).str(); }
@@ -125,15 +122,13 @@ Transaction::~Transaction() {
   pool_.give_back(std::move(session_));
 }
 
-void Transaction::run_script(const char* sql) {
-  spoiling([&] { work_->exec(sql); });
-}
-
 void Transaction::relax() { run("SELECT set_config('synchronous_commit', 'off', true)"); }
 
 void Transaction::commit() {
   spoiling([&] { work_->commit(); });
 }
+
+std::string first_line(std::string_view text) { return std::string(text.substr(0, text.find('\n'))); }
 
 void throw_as_store_error(const pqxx::pqxx_exception& exception) {
   if (dynamic_cast<const pqxx::broken_connection*>(&exception) != nullptr) {

@@ -88,8 +88,6 @@ class Transaction {
   pqxx::result run(std::string_view sql, const Args&... args) {
     return spoiling([&] { return work_->exec_prepared(session_->prepared(sql), parameter(args)...); });
   }
-  /// Runs any number of statements without arguments.
-  void run_script(const char* sql);
   /// The commit survives the server's process, but may be lost with its machine unless a later one is durable.
   void relax();
   void commit();
@@ -118,6 +116,9 @@ class Transaction {
   std::unique_ptr<Session> session_;
   std::unique_ptr<pqxx::dbtransaction> work_;
 };
+
+/// The first line of an error's text: the rest is for those who wrote the statement.
+std::string first_line(std::string_view text);
 
 /// The error of the store that an exception of the client stands for. \pre called in a handler of it
 [[noreturn]] void throw_as_store_error(const pqxx::pqxx_exception& exception);
