@@ -3,6 +3,13 @@
 #include <spdlog/spdlog.h>
 
 namespace creased {
+namespace {
+
+/// Looks for jobs that were removed take at most this part of the time, and come at most so often.
+constexpr int kPartsOfLooks = 20;
+constexpr std::chrono::seconds kBetweenLooks{1};
+
+}  // namespace
 
 struct JobWatcher::Channel {
   std::mutex mutex;
@@ -20,10 +27,13 @@ struct JobWatcher::Channel {
   }
 };
 
-JobWatcher::JobWatcher(Store& store, std::chrono::milliseconds poll, std::function<void(const JobChange&)> on_change)
-    : store_(store), poll_(poll), on_change_(std::move(on_change)), seen_(store.last_version()), thread_([this] {
-        run();
-      }) {}
+JobWatcher::JobWatcher(Store& store, std::chrono::milliseconds poll, Reports reports)
+    : store_(store),
+      poll_(poll),
+      reports_(std::move(reports)),
+      seen_(store.last_version()),
+      looks_for_removed_(kPartsOfLooks, kBetweenLooks),
+      thread_([this] { run(); }) {}
 
 JobWatcher::~JobWatcher() {
   close();
@@ -53,13 +63,42 @@ void JobWatcher::run() {
 
 void JobWatcher::look() {
   const std::uint64_t last = store_.last_version();
-  if (last == seen_) return;
-  for (const auto& change : store_.changes_since(seen_)) {
+  if (last != seen_) follow(last);
+  if (may_be_removed_ && looks_for_removed_.due()) find_removed();
+}
+
+void JobWatcher::follow(std::uint64_t last) {
+  const std::uint64_t before = seen_;
+  const auto changes = store_.changes_since(seen_);
+  for (const auto& change : changes) {
     seen_ = std::max(seen_, change.version);
-    on_change_(change);
-    if (const auto watched = channel(change.job_id)) watched->publish(load(change.job_id));
+    if (is_terminal(change.state)) {
+      unended_.erase(change.job_id);
+    } else {
+      unended_.insert(change.job_id);
+    }
+    reports_.changed(change);
+    refresh(change.job_id);
   }
   seen_ = std::max(seen_, last);
+  // A version that no job has is that of a removal, or of an earlier change of a job that has changed again.
+  if (seen_ - before > changes.size()) may_be_removed_ = true;
+}
+
+void JobWatcher::find_removed() {
+  const auto started = Clock::now();
+  std::unordered_set<std::string> known = unended_;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [id, watched] : channels_) known.insert(id);
+  }
+  for (const std::string& id : store_.missing({known.begin(), known.end()})) {
+    unended_.erase(id);
+    reports_.removed(id);
+    refresh(id);
+  }
+  may_be_removed_ = false;
+  looks_for_removed_.note(started);
 }
 
 std::shared_ptr<const JobView> JobWatcher::load(const std::string& id) {

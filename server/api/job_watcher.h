@@ -8,7 +8,9 @@
 #include <string>
 #include <thread>
 #include <unordered_map>
+#include <unordered_set>
 
+#include "server/base/pace.h"
 #include "server/jobs/state.h"
 #include "server/store/store.h"
 
@@ -42,8 +44,13 @@ class JobWatcher {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// `on_change` is called with every change.
-  JobWatcher(Store& store, std::chrono::milliseconds poll, std::function<void(const JobChange&)> on_change);
+  /// What is called from the thread, with every change and with the id of every job that was removed before its end, by
+  /// whatever server.
+  struct Reports {
+    std::function<void(const JobChange&)> changed;
+    std::function<void(const std::string&)> removed;
+  };
+  JobWatcher(Store& store, std::chrono::milliseconds poll, Reports reports);
   ~JobWatcher();
 
   /// Watches one job. Must not outlive the watcher.
@@ -77,15 +84,21 @@ class JobWatcher {
  private:
   void run();
   void look();
+  void follow(std::uint64_t last);
+  void find_removed();
   std::shared_ptr<Channel> channel(const std::string& id);
   std::shared_ptr<const JobView> load(const std::string& id);
   void unsubscribe(const std::string& id);
 
   Store& store_;
   const std::chrono::milliseconds poll_;
-  const std::function<void(const JobChange&)> on_change_;
+  const Reports reports_;
   std::atomic<bool> closed_{false};
-  std::uint64_t seen_ = 0;  // used by the watching thread only
+  // Used by the watching thread only.
+  std::uint64_t seen_ = 0;
+  std::unordered_set<std::string> unended_;
+  bool may_be_removed_ = false;
+  Pace looks_for_removed_;
 
   std::mutex mutex_;
   std::condition_variable stop_changed_;

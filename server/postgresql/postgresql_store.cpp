@@ -253,6 +253,19 @@ std::uint64_t PostgresqlStore::version_of(std::string_view id) {
   });
 }
 
+std::vector<std::string> PostgresqlStore::missing(const std::vector<std::string>& ids) {
+  return guarded([&] {
+    Transaction transaction(sessions_);
+    std::vector<std::string> gone;
+    for (const auto& row : transaction.run("SELECT asked FROM unnest($1::text[]) AS asked"
+                                           " WHERE NOT EXISTS (SELECT 1 FROM jobs WHERE id = asked)",
+                                           fmt::format("{{{}}}", fmt::join(ids, ",")))) {
+      gone.push_back(row[0].as<std::string>());
+    }
+    return gone;
+  });
+}
+
 std::shared_ptr<const OpenFile> PostgresqlStore::open(std::string_view id, std::string_view name) {
   files_.path(id, name);  // refuses what is no id or no name
   return guarded([&]() -> std::shared_ptr<const OpenFile> {

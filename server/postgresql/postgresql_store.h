@@ -37,6 +37,7 @@ class PostgresqlStore final : public DatabaseStore {
   std::uint64_t last_version() override;
   std::vector<JobChange> changes_since(std::uint64_t since) override;
   std::uint64_t version_of(std::string_view id) override;
+  std::vector<std::string> missing(const std::vector<std::string>& ids) override;
 
   std::optional<Claim> claim(std::string_view worker, std::chrono::milliseconds lease) override;
   Hold check(const Claim& claim) override;

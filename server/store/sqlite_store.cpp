@@ -250,6 +250,17 @@ std::uint64_t SqliteStore::version_of(std::string_view id) {
   });
 }
 
+std::vector<std::string> SqliteStore::missing(const std::vector<std::string>& ids) {
+  return guarded([&] {
+    ReaderPool::Loan reader(readers_);
+    std::vector<std::string> gone;
+    std::ranges::copy_if(ids, std::back_inserter(gone), [&](const std::string& id) {
+      return !Query(*reader, "SELECT 1 FROM jobs WHERE id = ?", id).next();
+    });
+    return gone;
+  });
+}
+
 std::size_t SqliteStore::queued() {
   return guarded([&] {
     ReaderPool::Loan reader(readers_);

@@ -26,6 +26,7 @@ class SqliteStore final : public DatabaseStore {
   std::uint64_t last_version() override;
   std::vector<JobChange> changes_since(std::uint64_t since) override;
   std::uint64_t version_of(std::string_view id) override;
+  std::vector<std::string> missing(const std::vector<std::string>& ids) override;
   std::size_t queued() override;
   std::chrono::milliseconds longest_wait() override;
   bool is_shared() const override { return false; }

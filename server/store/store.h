@@ -112,6 +112,8 @@ class ChangeFeed {
   virtual std::vector<JobChange> changes_since(std::uint64_t since) = 0;
   /// The version at which a job last changed; 0 when there is no such job.
   virtual std::uint64_t version_of(std::string_view id) = 0;
+  /// Those of the ids that no job has.
+  virtual std::vector<std::string> missing(const std::vector<std::string>& ids) = 0;
 };
 
 /// What workers do. See jobs/life.h for what becomes of a job.

@@ -67,7 +67,7 @@ class Service {
         results_(*store_, encoder_),
         streams_(4),
         page_({}),
-        watcher_(*store_, kNever, [](const creased::JobChange&) {}),
+        watcher_(*store_, kNever, {.changed = [](const auto&) {}, .removed = [](const auto&) {}}),
         api_({.store = *store_,
               .inspector = inspector_,
               .results = results_,

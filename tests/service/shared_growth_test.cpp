@@ -73,7 +73,11 @@ TEST_F(SharedGrowth, NoCallPassesOverTheJobsThatHaveEnded) {
          EXPECT_TRUE(store.file_record(id_of_ended_job(8), creased::file::kResult));
          EXPECT_NE(store.version_of(id_of_ended_job(8)), 0U);
        }},
-      {"changes", [](Store& store) { EXPECT_THAT(store.changes_since(store.last_version()), IsEmpty()); }},
+      {"changes",
+       [](Store& store) {
+         EXPECT_THAT(store.changes_since(store.last_version()), IsEmpty());
+         EXPECT_THAT(store.missing({id_of_ended_job(7), "def"}), testing::ElementsAre("def"));
+       }},
       {"what servers ask now and then",
        [](Store& store) {
          EXPECT_EQ(store.queued(), 0U);

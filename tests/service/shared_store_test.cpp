@@ -45,6 +45,25 @@ TEST_F(SharedStore, AJobIsCancelledThroughAnyServer) {
   EXPECT_EQ(one->wait_for_end(id)["state"], "cancelled");
 }
 
+TEST_F(SharedStore, AJobRemovedThroughOneServerIsGoneOnTheOther) {
+  const auto one = new_server(), other = new_server();
+  const auto worker = new_worker();
+  const auto count_of_running = [&](const std::string& count) {
+    return eventually([&] {
+      const std::string line = "creased_jobs{state=\"running\"} " + count + "\n";
+      return one->get("/metrics").body.find(line) != std::string::npos;
+    });
+  };
+  const std::string id = id_of_job(one->submit(obj_text(cube(14)), kLong));
+  EXPECT_TRUE(count_of_running("1"));
+  RawConnection stream(one->port());
+  stream.send(raw_request("GET", "/v1/jobs/" + id + "/events"));
+  ASSERT_THAT(stream.receive_until("event: progress"), testing::HasSubstr("event: progress"));
+  EXPECT_EQ(exchange(other->port(), "DELETE", "/v1/jobs/" + id).status, 204);
+  EXPECT_THAT(stream.receive_until(": the job was removed"), testing::HasSubstr(": the job was removed"));
+  EXPECT_TRUE(count_of_running("0"));
+}
+
 // Kills each kind of process, all workers at once, and the database itself, while jobs run.
 TEST_F(SharedStore, NothingAcknowledgedIsLostWhateverIsKilled) {
   const std::string part = obj_text(add_noise(cube(10), 0.2, 1, NoiseKind::kNormal));

@@ -312,6 +312,8 @@ TEST_F(StoreTest, EveryChangeOfAJobHasALaterVersion) {
   store().remove("b");
   EXPECT_GT(store().last_version(), before);
   EXPECT_THAT(store().changes_since(before), IsEmpty());
+  EXPECT_THAT(store().missing({"a", "b", "c"}), ElementsAre("b", "c"));
+  EXPECT_THAT(store().missing({}), IsEmpty());
 }
 
 }  // namespace
