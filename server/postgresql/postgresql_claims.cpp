@@ -21,8 +21,6 @@ constexpr std::int64_t kClaimLock = 0x636c61696d;
 
 /// How long nobody asks the database without a signal of it.
 constexpr milliseconds kLongestIdle{5'000}, kLongestSilence{2'000};
-/// A checkpoint is stored so often that this takes a tenth of the time, a snapshot a twentieth.
-constexpr int kShareOfCheckpoints = 10, kShareOfSnapshots = 20;
 
 constexpr std::string_view kHeld = "id = $1 AND lease_owner = $2 AND attempt = $3 AND state = 'running'";
 
@@ -181,7 +179,8 @@ std::optional<Claim> PostgresqlStore::claim(std::string_view worker, millisecond
     const std::lock_guard lock(mutex_);
     if (!claim) return claim;
     look_for_work_at_ = {};
-    checkpoint_ = snapshot_ = {};
+    checkpoint_ = {Pace(kPartsOfCheckpoints)};
+    snapshot_ = {Pace(kPartsOfSnapshots)};
     return claim;
   });
 }
@@ -246,7 +245,7 @@ void PostgresqlStore::note_checkpoint(const Claim& claim) {
   {
     const std::lock_guard lock(mutex_);
     checkpoint_.newer_here = true;
-    if (Clock::now() < checkpoint_.next) return;
+    if (!checkpoint_.pace.due()) return;
   }
   store_passing(claim, file::kCheckpoint, checkpoint_);
 }
@@ -254,7 +253,7 @@ void PostgresqlStore::note_checkpoint(const Claim& claim) {
 void PostgresqlStore::note_snapshot(const Claim& claim) {
   {
     const std::lock_guard lock(mutex_);
-    if (Clock::now() < snapshot_.next) return;
+    if (!snapshot_.pace.due()) return;
   }
   store_passing(claim, file::kSnapshot, snapshot_);
 }
@@ -280,7 +279,7 @@ void PostgresqlStore::store_passing(const Claim& claim, std::string_view name, P
   discard_removed();
   const std::lock_guard lock(mutex_);
   passing.newer_here = false;
-  passing.next = Clock::now() + (checkpoint ? kShareOfCheckpoints : kShareOfSnapshots) * (Clock::now() - started);
+  passing.pace.note(started);
 }
 
 bool PostgresqlStore::succeed(const Claim& claim, const v1::ResultFacts& result,

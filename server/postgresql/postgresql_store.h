@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "server/base/pace.h"
 #include "server/postgresql/blobs.h"
 #include "server/postgresql/listener.h"
 #include "server/postgresql/session.h"
@@ -67,15 +68,18 @@ class PostgresqlStore final : public DatabaseStore {
  private:
   using Clock = std::chrono::steady_clock;
 
+  // Storing checkpoints takes at most a tenth of a worker's time, storing snapshots a twentieth.
+  static constexpr int kPartsOfCheckpoints = 10, kPartsOfSnapshots = 20;
+
   /// A running job, locked in a transaction.
   struct RunningJob {
     std::string id;
     Life life;
     std::string progress;
   };
-  /// A file that the worker of a job replaces again and again. It is stored so often that it takes a part of the time.
+  /// A file that the worker of a job replaces again and again.
   struct PassingFile {
-    Clock::time_point next;
+    Pace pace;
     bool newer_here = false;
   };
   /// The last answer of check().
@@ -134,7 +138,7 @@ class PostgresqlStore final : public DatabaseStore {
   std::uint64_t heard_of_work_ = 0;
   Clock::time_point look_for_work_at_;
   Checked checked_;
-  PassingFile checkpoint_, snapshot_;
+  PassingFile checkpoint_{Pace(kPartsOfCheckpoints)}, snapshot_{Pace(kPartsOfSnapshots)};
   std::string last_problem_;
   Clock::time_point next_pulse_;
   std::uint64_t heard_of_ends_ = 0;

@@ -30,6 +30,8 @@ constexpr int kWallTimes = 4;
 /// How long the end of an attempt is tried while the store fails, and how often.
 constexpr std::chrono::minutes kSettleTime{10};
 constexpr milliseconds kFirstSettlePause{50}, kLongestSettlePause{2'000};
+/// Publishing progress takes at most this part of the time of a job, however slow the store is.
+constexpr int kPartsOfPublications = 10;
 /// What a computation may say of itself in one attempt.
 constexpr std::size_t kMostNotes = 20, kLongestNote = 500, kLongestStage = 40;
 
@@ -85,7 +87,8 @@ JobRun::JobRun(Store& store, const WorkerOptions& options, Sandbox& sandbox, Cla
       sandbox_(sandbox),
       claim_(std::move(claim)),
       stop_(stop),
-      suffix_(fmt::format("{}.{}", claim_.attempt, kPartial)) {}
+      suffix_(fmt::format("{}.{}", claim_.attempt, kPartial)),
+      publications_(kPartsOfPublications, options.progress_every / 2) {}
 
 void JobRun::run() {
   const LeaseKeeper keeper(store_, claim_, options_.lease, taken_away_);
@@ -162,7 +165,7 @@ void JobRun::follow() {
 void JobRun::look() {
   const auto now = Clock::now();
   next_look_ = now + kLookEvery;
-  if (now >= next_publication_) publish_latest();
+  if (publications_.due(now)) publish_latest();
   if (now - started_ >= std::min(options_.snapshot_every, options_.checkpoint_every) / 2) offer_passing_files();
   if (!stop_by_ && (stop_ || !is_held())) {
     if (stop_) offer_passing_files();
@@ -239,13 +242,11 @@ void JobRun::receive(const v1::Progress& progress) {
     throw crease::Error(code::kInternal, "the computing process sent a stage that is too long");
   }
   latest_ = progress;
-  if (Clock::now() >= next_publication_) publish_latest();
+  if (publications_.due()) publish_latest();
 }
 
 void JobRun::publish_latest() {
-  if (!latest_) return;
-  next_publication_ = Clock::now() + options_.progress_every / 2;
-  publish(*std::exchange(latest_, std::nullopt));
+  if (latest_) publish(*std::exchange(latest_, std::nullopt));
 }
 
 void JobRun::note(const std::string& text) {
@@ -256,11 +257,13 @@ void JobRun::note(const std::string& text) {
 
 void JobRun::publish(const v1::Progress& progress) {
   *job_.mutable_progress() = progress;
+  const auto started = Clock::now();
   try {
     store_.publish_progress(claim_, progress);
   } catch (const crease::Error& error) {
     spdlog::warn("job {}: cannot store the progress: {}", claim_.job_id, error.detail());
   }
+  publications_.note(started);
 }
 
 void JobRun::publish_stage(std::string_view stage) {

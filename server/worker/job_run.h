@@ -12,6 +12,7 @@
 
 #include "core/base/stopwatch.h"
 #include "crease/v1/compute.pb.h"
+#include "server/base/pace.h"
 #include "server/store/store.h"
 #include "server/worker/sandbox.h"
 #include "server/worker/worker.h"
@@ -74,7 +75,7 @@ class JobRun {
   Clock::time_point started_ = Clock::now(), next_look_ = started_;
   bool passing_files_offered_ = false, started_computing_ = false;
   std::optional<crease::v1::Progress> latest_;  // not published yet
-  Clock::time_point next_publication_ = started_;
+  Pace publications_;
   std::size_t notes_ = 0;
   std::vector<FileRecord> records_;           // of the complete files of the result
   std::optional<Clock::time_point> stop_by_;  // set when the computation was told to stop

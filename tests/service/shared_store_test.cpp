@@ -140,6 +140,28 @@ TEST_F(SharedStore, NothingAcknowledgedIsLostWhateverIsKilled) {
   EXPECT_THAT(faults_of_shared_store(url_, acknowledged), IsEmpty());
 }
 
+TEST_F(SharedStore, ProgressComesMoreSlowlyFromASlowDatabase) {
+  const auto server = new_server();
+  run_sql(url_,
+          "CREATE TABLE published (at timestamptz);"
+          "CREATE FUNCTION be_slow() RETURNS trigger LANGUAGE plpgsql AS"
+          " 'BEGIN INSERT INTO published VALUES (clock_timestamp()); PERFORM pg_sleep(0.05); RETURN new; END';"
+          "CREATE TRIGGER be_slow BEFORE UPDATE OF progress ON jobs FOR EACH ROW"
+          " WHEN (old.state = 'running' AND new.state = 'running') EXECUTE FUNCTION be_slow()");
+  const auto worker = new_worker();
+  const std::string id = id_of_job(server->submit(obj_text(cube(14)), kLong));
+  const auto value = [&](const std::string& sql) {
+    pqxx::connection connection(url_);
+    return pqxx::nontransaction(connection).exec1(sql)[0].as<double>(0);
+  };
+  EXPECT_TRUE(eventually([&] { return value("SELECT count(*) FROM published") >= 4; }));
+  EXPECT_GE(value("SELECT min(pause) FROM"
+                  " (SELECT extract(epoch FROM at - lag(at) OVER (ORDER BY at)) AS pause FROM published) AS pauses"),
+            10 * 0.05)
+      << "publishing takes at most a tenth of the time";
+  EXPECT_EQ(exchange(server->port(), "DELETE", "/v1/jobs/" + id).status, 204);
+}
+
 TEST_F(SharedStore, ABackupTakenWhileAJobRunsIsWhole) {
   const auto server = new_server();
   const auto worker = new_worker();
