@@ -58,7 +58,7 @@ run_postgresql() {
   export CREASED_TEST_STORE=postgresql
   local of_faults=StoreFaultsTest
   "$bin/unit_tests" --gtest_filter="StoreTest.*:AttemptsTest.*:KeepingTest.*:$of_faults.AJobThat*:$of_faults.*Owner*:$of_faults.Small*"
-  "$bin/service_tests" --gtest_filter='Events.*:Jobs.*:Links.*:Results.*:SharedSt*.*:Submit.*'
+  "$bin/service_tests" --gtest_filter='Events.*:Jobs.*:Links.*:Results.*:SharedKills.*:SharedStart.*:SharedStore.*:Submit.*'
 }
 run_quality() { ctest_room release quality; }
 
@@ -146,7 +146,7 @@ run_fuzz() {
 readonly without_random_addresses=(setarch --addr-no-randomize)
 # Suites that ask one thing after another, those of the command line, which this build leaves out, and one that starts and
 # kills so many programs that it would take too long.
-readonly one_thread_at_a_time='^(BasePath|Browsers.*|CommandLine|HostileUploads|Key(s|Configuration|Command)|OpenApi|Links.*|Proxy|SharedSt(art|ore)|Weights)$'
+readonly one_thread_at_a_time='^(BasePath|Browsers.*|CommandLine|HostileUploads|Key(s|Configuration|Command)|OpenApi|Links.*|Proxy|Shared(Kills|Start|Store)|Weights)$'
 run_tsan() {
   local reports=$PWD/build/tsan/reports launcher=() try failed=no
   docker/install-packages.sh build

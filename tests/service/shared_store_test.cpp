@@ -2,14 +2,18 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <random>
 #include <set>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "core/measure/noise.h"
 #include "tests/service/shared_store_fixture.h"
@@ -64,80 +68,122 @@ TEST_F(SharedStore, AJobRemovedThroughOneServerIsGoneOnTheOther) {
   EXPECT_TRUE(count_of_running("0"));
 }
 
-// Kills each kind of process, all workers at once, and the database itself, while jobs run.
-TEST_F(SharedStore, NothingAcknowledgedIsLostWhateverIsKilled) {
-  const std::string part = obj_text(add_noise(cube(10), 0.2, 1, NoiseKind::kNormal));
-  const std::vector<std::string> runs = {"sweeps=300&threads=1", "sweeps=200&process=vertex", "sweeps=150"};
-  std::vector<std::string> expected;
-  {
-    const ServerProcess alone({"--store", "sqlite", "--workers", "1"});
-    for (const auto& run : runs) {
-      const std::string id = id_of_job(alone.submit(part, run));
-      EXPECT_EQ(alone.wait_for_end(id)["state"], "succeeded");
-      expected.push_back(mesh_of(alone, id));
-    }
+/// Two servers and four workers, of which some are killed while jobs run and others wait.
+class SharedKills : public SharedStore {
+ protected:
+  static const std::string& part() {
+    static const std::string text = obj_text(add_noise(cube(10), 0.2, 1, NoiseKind::kNormal));
+    return text;
   }
-  std::array<std::unique_ptr<ServerProcess>, 2> servers = {new_server(), new_server()};
-  std::array<std::unique_ptr<Program>, 4> workers;
-  for (auto& worker : workers) worker = new_worker();
-  std::map<std::string, std::size_t> run_of;
-  std::set<std::string> acknowledged;
-  std::mt19937 random(std::random_device{}());
-  // Right after the database was away, a call may still be refused. Whoever sends it again is served.
-  const auto submitted = [&](const std::string& run) {
+  /// What a server alone gives for the runs.
+  static std::vector<std::string> expected() {
+    const ServerProcess alone({"--store", "sqlite", "--workers", "1"});
+    std::vector<std::string> meshes;
+    for (const auto& run : kRuns) {
+      const std::string id = id_of_job(alone.submit(part(), run));
+      EXPECT_EQ(alone.wait_for_end(id)["state"], "succeeded");
+      meshes.push_back(mesh_of(alone, id));
+    }
+    return meshes;
+  }
+  ServerProcess& some_server() { return *servers_.at(random_() % servers_.size()); }
+
+  /// Right after the database was away, a call may still be refused. Whoever sends it again is served.
+  std::string submitted(const std::string& run) {
     std::string id;
     EXPECT_TRUE(eventually([&] {
       try {
-        id = id_of_job(servers.at(random() % 2)->submit(part, run));
+        id = id_of_job(some_server().submit(part(), run));
       } catch (const std::runtime_error&) {
         return false;
       }
       return true;
     }));
     return id;
-  };
-  const auto submit_all = [&] {
-    for (std::size_t run = 0; run < runs.size(); ++run) {
-      const std::string id = submitted(runs[run]);
-      run_of[id] = run;
-      acknowledged.insert(id);
+  }
+  void submit_all() {
+    for (std::size_t run = 0; run < kRuns.size(); ++run) {
+      const std::string id = submitted(kRuns.at(run));
+      run_of_[id] = run;
+      acknowledged_.insert(id);
     }
-  };
-  const auto some_job_runs = [&] {
+  }
+  bool some_job_is(const std::string& state) {
     return eventually([&] {
-      const auto running = servers[0]->get("/v1/jobs?state=running");
-      return running.status == 200 && !running.json()["jobs"].empty();
+      const auto found = some_server().get("/v1/jobs?state=" + state);
+      return found.status == 200 && !found.json()["jobs"].empty();
     });
-  };
-  for (const std::string victim : {"worker", "server", "database", "all workers", "worker", "database", "server"}) {
-    submit_all();
-    ASSERT_TRUE(some_job_runs());
-    if (victim == "worker" || victim == "all workers") {
-      const std::size_t count = victim == "worker" ? 1 : workers.size();
-      for (std::size_t i = 0; i < count; ++i) {
-        workers.at(i)->signal(SIGKILL);
-        workers.at(i) = new_worker();
-      }
-    } else if (victim == "server") {
-      auto& server = servers.at(random() % 2);
-      server->signal(SIGKILL);
-      server->wait();
-      server = new_server();
-    } else {
-      postgresql().stop();
-      postgresql().start();
-      for (const auto& server : servers) {
-        EXPECT_TRUE(eventually([&] { return server->get("/readyz").status == 200; })) << "it finds the database again";
-      }
+  }
+
+  void kill_workers(std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) workers_.at(i)->signal(SIGKILL);
+    for (std::size_t i = 0; i < count; ++i) workers_.at(i) = new_worker();
+  }
+  void kill_server() {
+    auto& server = servers_.at(random_() % servers_.size());
+    server->signal(SIGKILL);
+    server = new_server();
+  }
+  void kill_database() {
+    postgresql().stop();
+    postgresql().start();
+    for (const auto& server : servers_) {
+      EXPECT_TRUE(eventually([&] { return server->get("/readyz").status == 200; })) << "it finds the database again";
     }
-    EXPECT_THAT(faults_of_shared_store(url_, acknowledged), IsEmpty()) << victim;
   }
-  for (const auto& [id, run] : run_of) {
-    const auto job = ended(*servers[0], id);
-    EXPECT_EQ(job["state"], "succeeded") << job;
-    EXPECT_TRUE(mesh_of(*servers[1], id) == expected[run]) << runs[run] << " after " << job["attempt"];
+  void kill_all() {
+    for (const auto& server : servers_) server->signal(SIGKILL);
+    for (const auto& worker : workers_) worker->signal(SIGKILL);
+    postgresql().stop();
+    for (auto& worker : workers_) worker = new_worker();
+    postgresql().start();
+    for (auto& server : servers_) server = new_server();
   }
-  EXPECT_THAT(faults_of_shared_store(url_, acknowledged), IsEmpty());
+
+  /// Nothing is lost, and what has ended stays as its user has seen it.
+  void look(const std::string& victim) {
+    EXPECT_THAT(faults_of_shared_store(url_, acknowledged_), IsEmpty()) << victim;
+    for (const std::string& id : acknowledged_) {
+      nlohmann::json job;
+      EXPECT_TRUE(eventually([&] { return (job = job_at(some_server(), id)).contains("state"); }));
+      if (const auto seen = ended_.find(id); seen != ended_.end()) {
+        EXPECT_EQ(job, seen->second) << victim;
+      }
+      if (job["state"] != "queued" && job["state"] != "running") ended_[id] = job;
+    }
+  }
+
+  static inline const std::vector<std::string> kRuns = {"sweeps=300&threads=1", "sweeps=200&process=vertex",
+                                                        "sweeps=150"};
+  std::array<std::unique_ptr<ServerProcess>, 2> servers_ = {new_server(), new_server()};
+  std::array<std::unique_ptr<Program>, 4> workers_ = {new_worker(), new_worker(), new_worker(), new_worker()};
+  std::map<std::string, std::size_t> run_of_;
+  std::set<std::string> acknowledged_;
+  std::map<std::string, nlohmann::json> ended_;
+  std::mt19937 random_{std::random_device{}()};
+};
+
+TEST_F(SharedKills, NothingAcknowledgedIsLostWhateverIsKilled) {
+  const auto meshes = expected();
+  const std::vector<std::pair<std::string, std::function<void()>>> victims = {
+      {"a worker", [this] { kill_workers(1); }},
+      {"a server", [this] { kill_server(); }},
+      {"the database", [this] { kill_database(); }},
+      {"all workers", [this] { kill_workers(workers_.size()); }},
+      {"all together", [this] { kill_all(); }}};
+  for (const auto& [name, kill] : victims) {
+    submit_all();
+    submit_all();
+    ASSERT_TRUE(some_job_is("queued"));
+    ASSERT_TRUE(some_job_is("running"));
+    kill();
+    look(name);
+  }
+  for (const auto& [id, run] : run_of_) {
+    EXPECT_EQ(ended(some_server(), id)["state"], "succeeded") << id;
+    EXPECT_TRUE(mesh_of(some_server(), id) == meshes.at(run)) << kRuns.at(run) << ": " << id;
+  }
+  look("the end");
 }
 
 TEST_F(SharedStore, ProgressComesMoreSlowlyFromASlowDatabase) {
