@@ -62,6 +62,11 @@ class ObjReader {
     std::int64_t largest;  ///< counted from 0
   };
 
+  struct Unread {
+    std::string keyword;
+    std::size_t count;
+  };
+
   void read_statement(std::string_view keyword) {
     if (keyword == "v") {
       read_vertex();
@@ -87,11 +92,23 @@ class ObjReader {
   void skip(std::string_view keyword) {
     const auto known = std::ranges::find(kSkipped, keyword, &Skipped::keyword);
     if (known == kSkipped.end()) {
-      if (unknown_++ == 0) first_unknown_ = printable(keyword);
+      count_unread(printable(keyword));
     } else if (bool& noted = noted_[static_cast<std::size_t>(known - kSkipped.begin())]; !noted) {
       noted = true;
       builder_.drop(known->gives);
     }
+  }
+
+  /// Counts a kind of statement that is not read. Those beyond the first kinds are counted together.
+  void count_unread(std::string keyword) {
+    constexpr std::size_t kMostKinds = 20;
+    auto known = std::ranges::find(unread_, keyword, &Unread::keyword);
+    if (known == unread_.end() && unread_.size() == kMostKinds) {
+      ++further_unread_;
+      return;
+    }
+    if (known == unread_.end()) known = unread_.insert(known, {std::move(keyword), 0});
+    ++known->count;
   }
 
   void read_vertex() {
@@ -234,14 +251,18 @@ class ObjReader {
                                 "are not divided",
                                 counted(fourths_, "vertex has", "vertices have")));
     }
-    if (lines_ + points_ != 0) {
-      builder_.warn("elements_skipped", fmt::format("skipped {} and {}: only faces are read",
-                                                    counted(lines_, "line element", "line elements"),
-                                                    counted(points_, "point element", "point elements")));
+    std::vector<std::string> elements;
+    if (lines_ != 0) elements.push_back(counted(lines_, "line element (l)", "line elements (l)"));
+    if (points_ != 0) elements.push_back(counted(points_, "point element (p)", "point elements (p)"));
+    if (!elements.empty()) {
+      builder_.warn("elements_skipped", fmt::format("skipped {}: only faces are read", fmt::join(elements, " and ")));
     }
-    if (unknown_ != 0) {
-      builder_.warn("statements_skipped", fmt::format("skipped {} of unknown kinds; the first is '{}'",
-                                                      counted(unknown_, "statement", "statements"), first_unknown_));
+    std::vector<std::string> statements;
+    for (const auto& [keyword, count] : unread_) statements.push_back(fmt::format("{} '{}'", count, keyword));
+    if (further_unread_ != 0) statements.push_back(fmt::format("{} of further kinds", further_unread_));
+    if (!statements.empty()) {
+      builder_.warn("statements_skipped",
+                    fmt::format("skipped statements that are not read: {}", fmt::join(statements, ", ")));
     }
   }
 
@@ -249,8 +270,9 @@ class ObjReader {
   MeshBuilder builder_;
   std::vector<Index> corners_;
   std::vector<ForwardFace> forward_;
-  std::size_t lines_ = 0, points_ = 0, unknown_ = 0, fourths_ = 0;
-  std::string first_unknown_;
+  std::size_t lines_ = 0, points_ = 0, fourths_ = 0;
+  std::vector<Unread> unread_;  ///< in the order of the file
+  std::size_t further_unread_ = 0;
   std::array<bool, kSkipped.size()> noted_{};
   std::vector<Index> texture_numbers_;  ///< of the corners of the current face
   bool has_odd_columns_ = false, has_odd_numbers_ = false;

@@ -42,9 +42,27 @@ TEST(DecodeObj, MaterialsAreNeverOpenedAndSkippedLinesAreCounted) {
                                      MeshFormat::kObj);
   EXPECT_EQ(result.mesh.triangles.size(), 1U);
   ASSERT_EQ(result.warnings.size(), 3U);
-  EXPECT_NE(warning(result, "elements_skipped").find("2 line elements and 1 point element"), std::string::npos);
-  EXPECT_NE(warning(result, "statements_skipped").find("2 statements"), std::string::npos);
+  EXPECT_NE(warning(result, "elements_skipped").find("2 line elements (l) and 1 point element (p)"), std::string::npos);
+  EXPECT_NE(warning(result, "statements_skipped").find("1 'curv', 1 '"), std::string::npos);
   EXPECT_NE(warning(result, "attributes_dropped").find("material names"), std::string::npos);
+}
+
+TEST(DecodeObj, StatementsOfFreeFormsAreNamedWithTheirCounts) {
+  const std::vector<std::string> free_form{"cstype bspline", "deg 3", "curv 0 1 1 2 3", "parm u 0 1", "end"};
+  std::vector<std::string> lines{"v 0 0 0", "v 1 0 0", "v 1 1 0", "f 1 2 3"};
+  for (int copy = 0; copy < 3; ++copy) lines.insert(lines.end(), free_form.begin(), free_form.end());
+  lines.emplace_back("surf 0 1 0 1 1 2 3");
+  const DecodedMesh result = decoded(lines, MeshFormat::kObj);
+  EXPECT_EQ(warning(result, "statements_skipped"),
+            "skipped statements that are not read: 3 'cstype', 3 'deg', 3 'curv', 3 'parm', 3 'end', 1 'surf'");
+  EXPECT_EQ(warning(result, "elements_skipped"), "");
+}
+
+TEST(DecodeObj, AThousandKindsOfStatementsMakeAShortWarning) {
+  std::vector<std::string> lines{"v 0 0 0", "v 1 0 0", "v 1 1 0", "f 1 2 3"};
+  for (int kind = 0; kind < 1000; ++kind) lines.push_back(fmt::format("kind{} 1", kind));
+  const std::string detail = warning(decoded(lines, MeshFormat::kObj), "statements_skipped");
+  EXPECT_NE(detail.find("1 'kind19', 980 of further kinds"), std::string::npos) << detail;
 }
 
 TEST(DecodeObj, DegenerateAndDuplicateFacesAndIsolatedVerticesAreKept) {
