@@ -222,6 +222,7 @@ Json GltfMaterials::read_image(const Json& image, const std::string& place) {
 void GltfMaterials::note_extensions() const {
   const Json& root = document_.root();
   std::set<std::string> known(gltf::kOfStorage.begin(), gltf::kOfStorage.end());
+  known.insert(gltf::kInstancing);
   for (const char* array : {"materials", "textures", "samplers", "images"}) {
     find_extensions(gltf::array_member(root, array, array), known);
   }

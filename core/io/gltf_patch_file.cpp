@@ -67,10 +67,15 @@ void GltfPatchFile::drop_draco() {
       if (primitive["extensions"].empty()) primitive.erase("extensions");
     }
   }
+  drop_extension(gltf::kDraco);
+}
+
+/// Takes a name from the lists of extensions.
+void GltfPatchFile::drop_extension(const char* name) {
   for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
     if (!json_.contains(list)) continue;
     OrderedJson& names = json_[list];
-    names.erase(std::remove(names.begin(), names.end(), gltf::kDraco), names.end());
+    names.erase(std::remove(names.begin(), names.end(), name), names.end());
     if (names.empty()) json_.erase(list);
   }
 }
@@ -180,11 +185,48 @@ void GltfPatchFile::set_mesh(const gltf::MeshInstance& instance, OrderedJson mes
     }
     found = variants.end() - 1;
   }
-  if (*found != instance.mesh) json_["nodes"][instance.node.value()]["mesh"] = *found;
+  if (instance.is_copy) {
+    meshes_of_copies_[instance.node.value()].push_back(*found);
+  } else if (*found != instance.mesh) {
+    json_["nodes"][instance.node.value()]["mesh"] = *found;
+  }
+}
+
+/// Gives the copies of a node these meshes: as nodes of their own, unless they all have the same one.
+void GltfPatchFile::place_copies(std::size_t number, const std::vector<std::size_t>& meshes) {
+  OrderedJson node = json_["nodes"][number];
+  if (std::ranges::count(meshes, meshes.front()) == static_cast<std::ptrdiff_t>(meshes.size())) {
+    json_["nodes"][number]["mesh"] = meshes.front();
+    return;
+  }
+  const std::string place = fmt::format("node {}", number);
+  const auto copies = copies_of(document_, document_.entry("nodes", number, place), kNoLimits, place);
+  for (std::size_t i = 0; i < copies.size(); ++i) {
+    const auto& [translation, rotation, scale] = copies[i];
+    OrderedJson child{{"mesh", meshes[i]},
+                      {"translation", {translation.x(), translation.y(), translation.z()}},
+                      {"rotation", {rotation.x(), rotation.y(), rotation.z(), rotation.w()}},
+                      {"scale", {scale.x(), scale.y(), scale.z()}}};
+    if (node.contains("weights")) child["weights"] = node["weights"];
+    node["children"].push_back(json_["nodes"].size());
+    json_["nodes"].push_back(std::move(child));
+  }
+  node.erase("mesh");
+  node.erase("weights");
+  node["extensions"].erase(gltf::kInstancing);
+  if (node["extensions"].empty()) node.erase("extensions");
+  json_["nodes"][number] = std::move(node);
 }
 
 std::string GltfPatchFile::finish(std::string_view upload) {
   if (!document_.from_draco().empty()) store_decoded();
+  for (const auto& [node, meshes] : meshes_of_copies_) place_copies(node, meshes);
+  const auto has_copies = [](const OrderedJson& node) {
+    return node.contains("extensions") && node["extensions"].contains(gltf::kInstancing);
+  };
+  if (!meshes_of_copies_.empty() && std::ranges::none_of(json_["nodes"], has_copies)) {
+    drop_extension(gltf::kInstancing);
+  }
   for (const auto& [buffer, copy] : copies_) {
     if (document_.is_binary_chunk(buffer)) continue;
     auto& uri = json_["buffers"][buffer]["uri"];

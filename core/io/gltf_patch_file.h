@@ -11,6 +11,9 @@
 
 namespace crease {
 
+/// Those of a file that has been read within the limits before.
+inline constexpr DecodeLimits kNoLimits{static_cast<std::size_t>(kNone), static_cast<std::size_t>(kNone)};
+
 /// A glTF or GLB file in which vectors are replaced. Everything else stays: members that this program does not know,
 /// chunks of a GLB, and the bytes behind its end.
 class GltfPatchFile {
@@ -27,7 +30,8 @@ class GltfPatchFile {
   std::size_t store(std::size_t accessor, const std::vector<Vec3>& values, bool are_positions);
 
   const nlohmann::ordered_json& original_mesh(std::size_t number) const { return meshes_.at(number); }
-  /// Sets the mesh of an instance. A mesh of several instances becomes several where they differ.
+  /// Sets the mesh of an instance. A mesh of several instances becomes several where they differ; then copies of a node
+  /// become children of it.
   void set_mesh(const gltf::MeshInstance& instance, nlohmann::ordered_json mesh);
 
   /// `upload` is the file that the document was read from.
@@ -41,6 +45,8 @@ class GltfPatchFile {
   };
 
   void drop_draco();
+  void drop_extension(const char* name);
+  void place_copies(std::size_t node, const std::vector<std::size_t>& meshes);
   void store_decoded();
   std::size_t append_view(const std::string& data);
   Copy& copy_of(std::size_t buffer);
@@ -54,7 +60,8 @@ class GltfPatchFile {
   nlohmann::ordered_json json_;
   nlohmann::ordered_json meshes_;  ///< as they are in the upload
   std::map<std::size_t, Copy> copies_;
-  std::map<std::size_t, std::vector<std::size_t>> variants_;  ///< per mesh, the meshes that it has become
+  std::map<std::size_t, std::vector<std::size_t>> variants_;          ///< per mesh, the meshes that it has become
+  std::map<std::size_t, std::vector<std::size_t>> meshes_of_copies_;  ///< per node that has copies
 };
 
 }  // namespace crease

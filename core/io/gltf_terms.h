@@ -23,5 +23,6 @@ inline constexpr const char *kMeshopt = "EXT_meshopt_compression", *kQuantizatio
                             *kDraco = "KHR_draco_mesh_compression";
 /// The extensions that change how data is stored, and nothing else.
 inline constexpr std::array<const char*, 3> kOfStorage{kMeshopt, kQuantization, kDraco};
+inline constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 
 }  // namespace crease::gltf

@@ -15,8 +15,6 @@ using gltf::Accessor;
 using gltf::Component;
 using gltf::Json;
 
-constexpr DecodeLimits kNoLimits{static_cast<std::size_t>(kNone), static_cast<std::size_t>(kNone)};
-
 /// The accessors that a primitive has now.
 struct PrimitiveAccessors {
   std::size_t primitive;  ///< of the mesh

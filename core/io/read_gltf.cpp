@@ -28,7 +28,7 @@ class GltfReader {
       : document_(document), builder_(limits), layout_(layout) {}
 
   MeshContent read() {
-    std::vector<gltf::MeshInstance> instances = mesh_instances(document_);
+    std::vector<gltf::MeshInstance> instances = mesh_instances(document_, builder_.limits());
     for (instance_ = 0; instance_ < instances.size(); ++instance_) read_instance(instances[instance_]);
     if (layout_ != nullptr) layout_->triangles = builder_.mesh().triangles;
     looks_.finish();

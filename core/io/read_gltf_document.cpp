@@ -71,7 +71,9 @@ bool moves_no_vertex(std::string_view extension) {
 }
 
 /// The reader knows what these do to positions and faces.
-bool is_read(std::string_view extension) { return std::ranges::find(kOfStorage, extension) != kOfStorage.end(); }
+bool is_read(std::string_view extension) {
+  return extension == kInstancing || std::ranges::find(kOfStorage, extension) != kOfStorage.end();
+}
 
 /// Whether a buffer stands for data that is there in compressed form only.
 bool is_fallback(const Json& buffer, const std::string& place) {

@@ -13,14 +13,30 @@ struct PendingNode {
 std::optional<Eigen::Affine3d> local_transform(const Json& node, const std::string& place) {
   Eigen::Matrix4d matrix;
   if (numbers_member(node, "matrix", matrix.data(), 16, place)) return Eigen::Affine3d(matrix);
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
-  Eigen::Vector4d rotation(0, 0, 0, 1);
-  Eigen::Vector3d scale = Eigen::Vector3d::Ones();
-  const bool translated = numbers_member(node, "translation", translation.data(), 3, place);
-  const bool rotated = numbers_member(node, "rotation", rotation.data(), 4, place);
-  const bool scaled = numbers_member(node, "scale", scale.data(), 3, place);
+  NodeCopy node_copy;
+  const bool translated = numbers_member(node, "translation", node_copy.translation.data(), 3, place);
+  const bool rotated = numbers_member(node, "rotation", node_copy.rotation.data(), 4, place);
+  const bool scaled = numbers_member(node, "scale", node_copy.scale.data(), 3, place);
   if (!translated && !rotated && !scaled) return std::nullopt;
-  return Eigen::Translation3d(translation) * Eigen::Quaterniond(rotation).normalized() * Eigen::Scaling(scale);
+  return node_copy.transform();
+}
+
+/// Reads an attribute of the copies, if there is one, into the member of each.
+template <typename Vector>
+void read_copies(const Document& document, const Json& attributes, const char* name, Vector NodeCopy::*member,
+                 std::vector<NodeCopy>& copies, const std::string& place) {
+  if (find_member(attributes, name, place) == nullptr) return;
+  const Accessor accessor = document.accessor(size_member(attributes, name, place), place);
+  constexpr auto kComponents = static_cast<std::size_t>(Vector::RowsAtCompileTime);
+  if (accessor.components != kComponents) {
+    throw Error(code::kMeshSyntax, fmt::format("{} must be VEC{}", name, kComponents), accessor.place);
+  }
+  const std::size_t size = size_of(accessor.elements.component);
+  for_each_element(accessor, [&](std::size_t element, const char* bytes) {
+    for (std::size_t k = 0; k < kComponents; ++k) {
+      (copies[element].*member)[static_cast<Eigen::Index>(k)] = load_number(bytes + k * size, accessor);
+    }
+  });
 }
 
 std::vector<double> weights_member(const Json& object, const std::string& place) {
@@ -40,8 +56,8 @@ std::vector<double> morph_weights(const Document& document, const Json& node, st
 
 class NodeWalk {
  public:
-  explicit NodeWalk(const Document& document)
-      : document_(document), visited_(array_member(document.root(), "nodes", "nodes").size(), false) {}
+  NodeWalk(const Document& document, const DecodeLimits& limits)
+      : document_(document), limits_(limits), visited_(array_member(document.root(), "nodes", "nodes").size(), false) {}
 
   std::vector<MeshInstance> from(const Json& roots, const std::string& place) {
     push_children(roots, {}, place);
@@ -64,15 +80,25 @@ class NodeWalk {
       here.transform = here.transform * *local;
       here.moved = here.moved || !local->matrix().isIdentity(0);
     }
-    if (find_member(node, "mesh", place) != nullptr) {
-      here.mesh = size_member(node, "mesh", place);
-      const bool is_skinned = find_member(node, "skin", place) != nullptr;
-      MeshInstance& instance = instances_.emplace_back(is_skinned ? MeshInstance() : here);
-      instance.mesh = here.mesh;
-      instance.node = pending.node;
-      instance.morph_weights = morph_weights(document_, node, here.mesh, place);
-    }
+    if (find_member(node, "mesh", place) != nullptr) add_mesh(pending.node, node, here, place);
     push_children(array_member(node, "children", place), here, place);
+  }
+
+  void add_mesh(std::size_t number, const Json& node, const MeshInstance& here, const std::string& place) {
+    const bool is_skinned = find_member(node, "skin", place) != nullptr;
+    MeshInstance instance = is_skinned ? MeshInstance() : here;
+    instance.mesh = size_member(node, "mesh", place);
+    instance.node = number;
+    instance.morph_weights = morph_weights(document_, node, instance.mesh, place);
+    const std::vector<NodeCopy> copies =
+        is_skinned ? std::vector<NodeCopy>() : copies_of(document_, node, limits_, place);
+    if (copies.empty()) instances_.push_back(instance);
+    for (const NodeCopy& copy : copies) {
+      MeshInstance& placed = instances_.emplace_back(instance);
+      placed.is_copy = true;
+      placed.transform = instance.transform * copy.transform();
+      placed.moved = instance.moved || !copy.transform().matrix().isIdentity(0);
+    }
   }
 
   void push_children(const Json& children, const MeshInstance& parent, const std::string& place) {
@@ -82,6 +108,7 @@ class NodeWalk {
   }
 
   const Document& document_;
+  const DecodeLimits& limits_;
   std::vector<bool> visited_;
   std::vector<PendingNode> pending_;
   std::vector<MeshInstance> instances_;
@@ -100,7 +127,36 @@ Morphs morphs_of(const Json& primitive, const MeshInstance& instance, const std:
   return morphs;
 }
 
-std::vector<MeshInstance> mesh_instances(const Document& document) {
+std::vector<NodeCopy> copies_of(const Document& document, const Json& node, const DecodeLimits& limits,
+                                const std::string& place) {
+  const Json* extension = find_extension(node, kInstancing, place);
+  if (extension == nullptr) return {};
+  const Json* attributes = find_member(*extension, "attributes", place);
+  if (attributes == nullptr || !attributes->is_object() || attributes->empty()) {
+    throw Error(code::kMeshSyntax, fmt::format("'attributes' of {} is missing", kInstancing), place);
+  }
+  std::optional<std::size_t> count;
+  for (const auto& [name, index] : attributes->items()) {
+    const Accessor accessor = document.accessor(size_value(index, name.c_str(), place), place);
+    if (count.value_or(accessor.count()) != accessor.count()) {
+      throw Error(code::kMeshCountMismatch,
+                  fmt::format("attributes of {} have {} and {} elements", kInstancing, *count, accessor.count()),
+                  place);
+    }
+    count = accessor.count();
+  }
+  if (*count > limits.max_faces) {
+    throw Error(code::kMeshTooLarge,
+                fmt::format("{} copies of a mesh exceed the limit of {} faces", *count, limits.max_faces), place);
+  }
+  std::vector<NodeCopy> copies(*count);
+  read_copies(document, *attributes, "TRANSLATION", &NodeCopy::translation, copies, place);
+  read_copies(document, *attributes, "ROTATION", &NodeCopy::rotation, copies, place);
+  read_copies(document, *attributes, "SCALE", &NodeCopy::scale, copies, place);
+  return copies;
+}
+
+std::vector<MeshInstance> mesh_instances(const Document& document, const DecodeLimits& limits) {
   const Json& root = document.root();
   if (array_member(root, "scenes", "scenes").empty()) {
     std::vector<MeshInstance> all(array_member(root, "meshes", "meshes").size());
@@ -113,7 +169,7 @@ std::vector<MeshInstance> mesh_instances(const Document& document) {
   const std::size_t index = size_member_or(root, "scene", 0, "scene");
   const Json& scene = document.entry("scenes", index, "scene");
   const std::string place = fmt::format("scene {}", index);
-  return NodeWalk(document).from(array_member(scene, "nodes", place), place);
+  return NodeWalk(document, limits).from(array_member(scene, "nodes", place), place);
 }
 
 }  // namespace crease::gltf

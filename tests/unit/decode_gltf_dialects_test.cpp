@@ -106,6 +106,59 @@ TEST(DecodeGltf, DataMayBePercentEncoded) {
   EXPECT_THAT(refusal(json.dump(), MeshFormat::kGltf)->detail(), testing::HasSubstr("buffer.bin"));
 }
 
+/// The sample in two copies: one turned by 90 degrees about z, one mirrored and twice as large; both behind the
+/// transform of the node.
+GltfSample instanced() {
+  GltfSample sample = gltf_sample(sample_mesh());
+  std::string turns;
+  for (const int part : {0, 0, 23170, 23170, 0, 0, 0, 32767}) append(turns, static_cast<std::int16_t>(part));
+  const std::size_t rotation = sample.add(turns, 5122, "VEC4", 2);
+  sample.json["accessors"][rotation]["normalized"] = true;
+  sample.json["nodes"][0]["translation"] = {0, 0, 100};
+  sample.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+      {"TRANSLATION", sample.add_positions({{10, 0, 0}, {0, 20, 0}})},
+      {"ROTATION", rotation},
+      {"SCALE", sample.add_positions({{1, 1, 1}, {2, 2, -2}})},
+      {"_ID", sample.add_scalars(std::vector<float>{1, 2}, 5126)}};
+  sample.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
+  sample.json["extensionsRequired"] = sample.json["extensionsUsed"];
+  return sample;
+}
+
+TEST(DecodeGltf, AllCopiesOfAnInstancedMeshAreRead) {
+  const Mesh once = sample_mesh(), mesh = glb_mesh(instanced());
+  const std::size_t count = once.positions.size();
+  ASSERT_EQ(mesh.positions.size(), 2 * count);
+  for (std::size_t v = 0; v < count; ++v) {
+    const Vec3& p = once.positions[v];
+    EXPECT_NEAR((mesh.positions[v] - Vec3(10 - p.y(), p.x(), 100 + p.z())).norm(), 0, 1e-3);
+    EXPECT_EQ(mesh.positions[count + v], Vec3(2 * p.x(), 20 + 2 * p.y(), 100 - 2 * p.z()));
+  }
+  EXPECT_EQ(mesh.triangles.size(), 2 * once.triangles.size());
+  const auto& [a, b, c] = once.triangles[0];
+  EXPECT_EQ(mesh.triangles[once.triangles.size()],
+            (Triangle{static_cast<Index>(a + count), static_cast<Index>(c + count), static_cast<Index>(b + count)}));
+  EXPECT_EQ(warning(decode_mesh(instanced().glb(), MeshFormat::kGlb), "attributes_dropped"), "");
+}
+
+TEST(DecodeGltf, FaultsOfInstancesAreRefused) {
+  const auto refused = [](const auto& change) {
+    GltfSample sample = instanced();
+    change(sample.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"], sample);
+    return refusal(sample.glb())->code();
+  };
+  EXPECT_EQ(refused([](nlohmann::json& copies, GltfSample&) { copies.erase("attributes"); }), code::kMeshSyntax);
+  EXPECT_EQ(refused([](nlohmann::json& copies, GltfSample&) { copies["attributes"]["SCALE"] = 99; }),
+            code::kMeshIndexOutOfRange);
+  EXPECT_EQ(refused([](nlohmann::json& copies, GltfSample&) { copies["attributes"]["SCALE"] = 1; }),
+            code::kMeshCountMismatch);
+  EXPECT_EQ(refused([](nlohmann::json& copies, GltfSample&) {
+              copies["attributes"]["SCALE"] = copies["attributes"]["ROTATION"];
+            }),
+            code::kMeshSyntax);
+  EXPECT_EQ(refusal(instanced().glb(), MeshFormat::kGlb, {100, 1})->code(), code::kMeshTooLarge);
+}
+
 TEST(DecodeGltf, RequiredExtensionsThatMoveNoVertexAreAccepted) {
   GltfSample sample = gltf_sample(sample_mesh());
   for (const std::string name :
@@ -114,7 +167,7 @@ TEST(DecodeGltf, RequiredExtensionsThatMoveNoVertexAreAccepted) {
     sample.json["extensionsRequired"] = {name};
     EXPECT_EQ(glb_mesh(sample).triangles, sample_mesh().triangles) << name;
   }
-  for (const std::string name : {"EXT_mesh_gpu_instancing", "MSFT_lod", "VENDOR_geometry"}) {
+  for (const std::string name : {"MSFT_lod", "VENDOR_geometry"}) {
     sample.json["extensionsRequired"] = {name};
     EXPECT_EQ(refusal(sample.glb(), MeshFormat::kGlb)->code(), code::kMeshUnsupported) << name;
   }

@@ -292,8 +292,8 @@ TEST_P(DecodeGltfFault, IsRefusedWithCodeAndPlace) {
 const Fault kFaults[] = {
     {"no_asset", [](GltfSample& s) { s.json.erase("asset"); }, code::kMeshSyntax, "asset"},
     {"version_1", [](GltfSample& s) { s.json["asset"]["version"] = "1.0"; }, code::kMeshUnsupported, "asset"},
-    {"required_instances", [](GltfSample& s) { s.json["extensionsRequired"] = {"EXT_mesh_gpu_instancing"}; },
-     code::kMeshUnsupported, "extensionsRequired"},
+    {"required_levels", [](GltfSample& s) { s.json["extensionsRequired"] = {"MSFT_lod"}; }, code::kMeshUnsupported,
+     "extensionsRequired"},
     {"external_buffer", [](GltfSample& s) { s.json["buffers"][0]["uri"] = "../../etc/passwd"; }, code::kMeshUnsupported,
      "buffer 0"},
     {"remote_buffer", [](GltfSample& s) { s.json["buffers"][0]["uri"] = "http://localhost/a.bin"; },

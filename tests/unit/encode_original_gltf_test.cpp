@@ -109,6 +109,33 @@ TEST(EncodeOriginalGltf, AMeshThatMovesAlikeEverywhereStaysOne) {
   EXPECT_EQ(decode_mesh(file, MeshFormat::kGlb).mesh.positions, mesh.positions);
 }
 
+GltfSample instanced_sample() {
+  GltfSample sample = gltf_sample(connected_sample());
+  sample.json["nodes"][0]["name"] = "rows";
+  sample.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] =
+      sample.add_positions({{0, 0, 0}, {16, 0, 0}, {32, 0, 0}});
+  sample.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
+  return sample;
+}
+
+TEST(EncodeOriginalGltf, CopiesThatMoveAlikeStayInstances) {
+  const GltfSample sample = instanced_sample();
+  Mesh mesh = decode_mesh(sample.glb(), MeshFormat::kGlb).mesh;
+  for (Vec3& position : mesh.positions) position.z() += 0.5;
+  const std::string file = encode_original(sample.glb(), MeshFormat::kGlb, labelled(mesh));
+  EXPECT_EQ(without_data(json_of(file)), without_data(sample.json));
+  EXPECT_EQ(decode_mesh(file, MeshFormat::kGlb).mesh.positions, mesh.positions);
+}
+
+TEST(EncodeOriginalGltf, CopiesThatDifferBecomeNodes) {
+  const json file = json_of(expect_round_trip(instanced_sample(), 20 * kSingle));
+  EXPECT_EQ(file["meshes"].size(), 3U);
+  EXPECT_EQ(file["nodes"].size(), 4U);
+  EXPECT_EQ(file["nodes"][0], json::parse(R"({"name": "rows", "children": [1, 2, 3]})"));
+  EXPECT_EQ(file["nodes"][2]["translation"], json::parse("[16, 0, 0]"));
+  EXPECT_FALSE(file.contains("extensionsUsed"));
+}
+
 TEST(EncodeOriginalGltf, ABufferOfSeveralMeshesIsWrittenOnce) {
   GltfSample sample = gltf_sample(connected_sample());
   sample.json["meshes"].push_back(sample.json["meshes"][0]);
