@@ -11,7 +11,6 @@
 #include <stdexcept>
 #include <thread>
 
-#include "server/base/cgroup.h"
 #include "server/transport/cors.h"
 #include "server/transport/http_head.h"
 
@@ -251,11 +250,14 @@ std::string access_refusal(const ServeConfig& config) {
 
 }  // namespace
 
-void use_allowance(ServeConfig& config) {
-  const Allowance allowed = allowance();
+void use_allowance(ServeConfig& config, const Allowance& allowed) {
   config.threads = usable_processors(allowed, std::max(1U, std::thread::hardware_concurrency()));
   config.workers = affordable_processes(allowed, config.threads / 2, kUsefulJobMb);
   config.job.memory_mb = memory_per_job_mb(allowed, config.workers, config.job.memory_mb);
+}
+
+void use_allowance(WorkerConfig& config, const Allowance& allowed) {
+  config.job.memory_mb = memory_per_job_mb(allowed, 1, config.job.memory_mb);
 }
 
 void add_serve_options(CLI::App& command, ServeConfig& config) {
@@ -288,6 +290,7 @@ void add_serve_options(CLI::App& command, ServeConfig& config) {
 }
 
 void add_worker_options(CLI::App& command, WorkerConfig& config) {
+  use_allowance(config);
   add(command, "--name", config.name, "Name of this worker in the job store; by default host and process id");
   add_store_options(command, config.store);
   add_limit_options(command, config.limits);

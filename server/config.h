@@ -10,6 +10,7 @@
 
 #include "core/options/options.h"
 #include "server/access/gatekeeper.h"
+#include "server/base/cgroup.h"
 #include "server/store/store.h"
 #include "server/worker/worker.h"
 
@@ -92,8 +93,10 @@ struct KeyConfig {
   std::filesystem::path keys;  ///< empty to print the entry
 };
 
-/// Sets workers, threads and the memory of a job to what the control groups of this process allow.
-void use_allowance(ServeConfig& config);
+/// Sets workers, threads and the memory of a job to what control groups allow: those of this process unless others are
+/// given.
+void use_allowance(ServeConfig& config, const Allowance& allowed = allowance());
+void use_allowance(WorkerConfig& config, const Allowance& allowed = allowance());
 
 /// Adds the options of a command, each with its default and its environment variable CREASED_*.
 void add_serve_options(CLI::App& command, ServeConfig& config);

@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "server/config.h"
 #include "tests/support/temporary_folder.h"
 
 namespace creased {
@@ -87,6 +88,18 @@ TEST_F(CgroupTest, ProcessorsAndMemoryFollowTheAllowance) {
       EXPECT_TRUE(each == 64 || each * processes <= bytes >> 20U) << bytes << " for " << processes;
     }
   }
+}
+
+TEST_F(CgroupTest, AWorkerOfItsOwnHasOneJobInItsMemory) {
+  WorkerConfig worker;
+  use_allowance(worker, {.processors = {}, .memory_bytes = 4 * kGiB});
+  EXPECT_EQ(worker.job.memory_mb, 4'096U - 512);
+  ServeConfig server;
+  use_allowance(server, {.processors = 2, .memory_bytes = 4 * kGiB});
+  EXPECT_EQ(server.job.memory_mb, worker.job.memory_mb) << "so that it accepts what the worker can run";
+  WorkerConfig alone;
+  use_allowance(alone, {});
+  EXPECT_EQ(alone.job.memory_mb, JobConfig{}.memory_mb);
 }
 
 }  // namespace
