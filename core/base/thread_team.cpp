@@ -30,12 +30,19 @@ std::uint32_t wait_for_change(const std::atomic<std::uint32_t>& value, std::uint
 ThreadTeam::ThreadTeam(std::uint32_t threads) {
   const std::size_t wanted = threads != 0 ? threads : std::max(1U, std::thread::hardware_concurrency());
   shares_ = std::vector<Share>(wanted);
-  for (std::size_t thread = 1; thread < wanted; ++thread) {
-    helpers_.emplace_back([this, thread] { help(thread); });
+  try {
+    for (std::size_t thread = 1; thread < wanted; ++thread) {
+      helpers_.emplace_back([this, thread] { help(thread); });
+    }
+  } catch (...) {
+    stop();  // or those that have started would be waited for for ever
+    throw;
   }
 }
 
-ThreadTeam::~ThreadTeam() {
+ThreadTeam::~ThreadTeam() { stop(); }
+
+void ThreadTeam::stop() {
   stopping_ = true;
   generation_.fetch_add(1, std::memory_order_release);
   generation_.notify_all();

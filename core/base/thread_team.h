@@ -17,7 +17,8 @@ inline constexpr std::size_t kChunk = 4096;
 /// for each phase.
 class ThreadTeam {
  public:
-  /// `threads` counts the calling thread; 0 means as many as the machine has.
+  /// `threads` counts the calling thread; 0 means as many as the machine has. \throw std::system_error when the system
+  /// has not as many
   explicit ThreadTeam(std::uint32_t threads);
   ~ThreadTeam();
   ThreadTeam(const ThreadTeam&) = delete;
@@ -32,6 +33,7 @@ class ThreadTeam {
   void run(std::size_t count, std::size_t chunk, const Body& body);
 
  private:
+  void stop();
   void help(std::size_t thread);
   void take_chunks(std::size_t thread);
 

@@ -91,8 +91,9 @@ JobRun::JobRun(Store& store, const WorkerOptions& options, Sandbox& sandbox, Cla
       publications_(kPartsOfPublications, options.progress_every / 2) {}
 
 void JobRun::run() {
-  const LeaseKeeper keeper(store_, claim_, options_.lease, taken_away_);
+  std::optional<LeaseKeeper> keeper;
   try {
+    keeper.emplace(store_, claim_, options_.lease, taken_away_);
     work();
     end(given_up_ ? given_up_ : started_computing_ ? sandbox_.loss() : std::nullopt);
   } catch (const crease::Error& error) {

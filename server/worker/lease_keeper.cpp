@@ -2,14 +2,21 @@
 
 #include <spdlog/spdlog.h>
 
+#include <system_error>
+
 #include "core/error.h"
 
 namespace creased {
+namespace code = crease::code;
 
 LeaseKeeper::LeaseKeeper(Store& store, const Claim& claim, std::chrono::milliseconds lease, std::atomic<bool>& cancel)
-    : store_(store), claim_(claim), lease_(lease), cancel_(cancel), thread_([this](const std::stop_token& ended) {
-        keep(ended);
-      }) {}
+    : store_(store), claim_(claim), lease_(lease), cancel_(cancel) {
+  try {
+    thread_ = std::jthread([this](const std::stop_token& ended) { keep(ended); });
+  } catch (const std::system_error& error) {
+    throw crease::Error(code::kProcessUnavailable, "cannot start a thread: " + error.code().message());
+  }
+}
 
 void LeaseKeeper::keep(const std::stop_token& ended) {
   constexpr int kRenewalsPerLease = 3;

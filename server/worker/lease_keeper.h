@@ -14,6 +14,7 @@ namespace creased {
 /// cancelled. Tries again when the store fails.
 class LeaseKeeper {
  public:
+  /// \throw Error process_unavailable when there is no thread to be had
   LeaseKeeper(Store& store, const Claim& claim, std::chrono::milliseconds lease, std::atomic<bool>& cancel);
 
  private:

@@ -1,0 +1,50 @@
+#include "core/base/thread_team.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <system_error>
+
+namespace crease {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__)
+constexpr bool kMapsWhatItLikes = true;
+#elif defined(__has_feature)
+constexpr bool kMapsWhatItLikes = __has_feature(address_sanitizer);
+#else
+constexpr bool kMapsWhatItLikes = false;
+#endif
+
+/// Leaves room for the stacks of two or three threads. Ends with 0 if a team of many is refused, and is ended by a
+/// signal if that takes for ever.
+[[noreturn]] void ask_for_more_threads_than_there_are() {
+  constexpr unsigned kLongestWait = 60;
+  constexpr rlim_t kRoom = 30U << 20U, kStack = 8U << 20U;
+  std::ifstream file("/proc/self/statm");
+  rlim_t pages = 0;
+  file >> pages;
+  const rlimit stack{kStack, RLIM_INFINITY},
+      room{pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + kRoom, RLIM_INFINITY};
+  ::setrlimit(RLIMIT_STACK, &stack);
+  ::setrlimit(RLIMIT_AS, &room);
+  ::alarm(kLongestWait);
+  try {
+    const ThreadTeam team(64);
+  } catch (const std::system_error&) {
+    std::_Exit(0);
+  }
+  std::_Exit(1);
+}
+
+/// It once waited for the threads that it had got.
+TEST(ThreadTeamDeathTest, WithFewerThreadsThanItNeedsIsRefused) {
+  if (kMapsWhatItLikes) GTEST_SKIP() << "AddressSanitizer needs the address space";
+  EXPECT_EXIT(ask_for_more_threads_than_there_are(), testing::ExitedWithCode(0), "");
+}
+
+}  // namespace
+}  // namespace crease
