@@ -105,7 +105,8 @@ std::vector<Parameter> make_table() {
        .field = 4,
        .group = kAnnealing,
        .unit = "sweeps",
-       .meaning = "Iterations: each visits every edge, then every vertex or face. process=both halves them.",
+       .meaning =
+           "Iterations: each visits every edge, then every vertex or face. Half as many of each where process is both.",
        .places = at<&Mrf::sweeps>(1, 100000),
        .conditions = {kMetropolis}},
       {.name = "seed",
@@ -211,7 +212,7 @@ std::vector<Parameter> make_table() {
       {.name = "edge_process",
        .field = 20,
        .group = kRidges,
-       .meaning = "Label ridges and do not smooth across them. false leaves every label 0.",
+       .meaning = "Label ridges and do not smooth across them. Without it every label is 0.",
        .places = at<&Mrf::edge_process>(),
        .conditions = {kMetropolis}},
       {.name = "sharpness_threshold_deg",

@@ -23,6 +23,8 @@ test('a refused upload is explained where it happens, and a good one follows', a
   await page.getByLabel('Mesh file').setInputFiles({ name: 'broken.obj', mimeType: 'model/obj', buffer: Buffer.from('v 0 0 0\nf 1 2 3\n') });
   await page.getByRole('alert').getByText('Line 2 uses vertex 3').waitFor();
   assert.match(await page.locator('#now').textContent(), /broken.obj.*refused/);
+  await page.getByLabel('Mesh file').setInputFiles({ ...cube, name: 'cube.stl', mimeType: 'model/stl' });
+  await page.getByRole('alert').getByText('named as STL, but what is in it looks like OBJ. Rename it to end in .obj').waitFor();
   await page.getByLabel('Mesh file').setInputFiles(cube);
   await done(page);
   assert.equal(await page.getByRole('alert').isVisible(), false);

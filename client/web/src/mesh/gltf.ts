@@ -10,6 +10,7 @@ interface View {
 interface Node {
   mesh?: number;
   skin?: number;
+  extensions?: { EXT_mesh_gpu_instancing?: unknown };
   children?: number[];
   matrix?: number[];
   translation?: [number, number, number];
@@ -39,7 +40,7 @@ const kChunkOfJson = 20;
 
 /**
  * The triangles of the scene of a glTF or GLB file, for the eye. Throws where only the service knows what is meant:
- * compression, sparse accessors, morph targets, other files.
+ * compression, sparse accessors, morph targets, instances, other files.
  */
 export function readGltf(bytes: ArrayBuffer): Triangles {
   const head = new DataView(bytes);
@@ -84,6 +85,7 @@ class Scene {
       : new Matrix4().compose(new Vector3(...(node.translation ?? [0, 0, 0])), new Quaternion(...(node.rotation ?? [0, 0, 0, 1])), new Vector3(...(node.scale ?? [1, 1, 1])));
     const matrix = above.clone().multiply(own);
     if (node.mesh !== undefined) {
+      if (node.extensions?.EXT_mesh_gpu_instancing) throw new Error('instances');
       // The standard: the transform of the node of a skinned mesh has no effect.
       for (const primitive of this.document.meshes[node.mesh]!.primitives) this.addPrimitive(primitive, node.skin === undefined ? matrix : new Matrix4());
     }

@@ -1,6 +1,6 @@
 import type { Parameters } from 'creased-client';
 import { fill, h } from './dom';
-import { parameterWords } from './words';
+import { descriptionWords, parameterWords } from './words';
 
 export type Value = string | number | boolean;
 export type Values = Record<string, Value>;
@@ -182,7 +182,7 @@ export class ParameterForm {
     const input = this.input(name, row, id, range, error);
     return h('div', { class: `field${name in this.values ? ' changed' : ''}${error ? ' wrong' : ''}` },
       h('div', { class: 'row' }, h('label', { for: id, title: name }, parameterWords(name)), input),
-      h('p', { class: 'hint', id: `${id}-hint` }, row.description, limits && ` ${limits}${unit ? ` ${unit}` : ''}.`),
+      h('p', { class: 'hint', id: `${id}-hint` }, descriptionWords(row.description), limits && ` ${limits}${unit ? ` ${unit}` : ''}.`),
       error && h('p', { class: 'error', id: `${id}-error`, role: 'alert' }, error));
   }
 

@@ -1,4 +1,4 @@
-import type { CreasedError, Job, Progress } from 'creased-client';
+import type { CreasedError, Job, Problem, Progress } from 'creased-client';
 
 const thousands = new Intl.NumberFormat('en');
 
@@ -15,6 +15,8 @@ export const parameterWords = (name: string): string => {
   const text = name.replace(/_deg$/, '').replaceAll('_', ' ');
   return text.charAt(0).toUpperCase() + text.slice(1);
 };
+/** A description by the service with names of parameters and values as the form has them. */
+export const descriptionWords = (text: string): string => text.replace(/\b[a-z]+(_[a-z]+)+\b/g, (name) => parameterWords(name).toLowerCase());
 export const percent = (x: number): string => `${number(100 * x, 2)} %`;
 
 export function seconds(s: number): string {
@@ -144,6 +146,16 @@ const sentence = (text: string): string => {
   return /[.!?]$/.test(capital) ? capital : `${capital}.`;
 };
 
+const kOtherFormat = /^declared as (\w+), but the bytes look like (\w+)$/;
+
+/** What is wrong, by what the service says of it. */
+function faultWords({ title, detail, field, value, expected }: Problem): string {
+  const [, called, found] = detail?.match(kOtherFormat) ?? [];
+  if (called && found) return `The file is named as ${called.toUpperCase()}, but what is in it looks like ${found.toUpperCase()}. Rename it to end in .${found}`;
+  if (field && value && expected) return `${parameterWords(field)} is ${value}; expected is ${expected}`;
+  return detail || title;
+}
+
 // The place of errors that are about the whole file.
 const kStartOfFile = 'byte 0';
 
@@ -153,5 +165,5 @@ export function errorWords(error: CreasedError): string {
   if (!problem) return sentence(error.message);
   const where = problem.place && problem.place !== kStartOfFile ? ` (${problem.place})` : '';
   const wait = error.retryAfter ? ` Try again in ${seconds(error.retryAfter)}.` : '';
-  return sentence(`${problem.detail || problem.title}${where}`) + wait;
+  return sentence(`${faultWords(problem)}${where}`) + wait;
 }
