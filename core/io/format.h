@@ -30,8 +30,8 @@ struct MeshContent {
   Appearance appearance;
   /// Codes: polygons_triangulated, polygons_not_tiled, faces_skipped, vertices_welded, stl_vertices_welded,
   /// facet_count_replaced, endsolid_missing, fourth_coordinates_ignored, source_ignored, weights_unusual,
-  /// trailing_bytes, elements_skipped, statements_skipped, primitives_skipped, attributes_dropped. Each cause is
-  /// reported once, with a count.
+  /// trailing_bytes, text_skipped, elements_skipped, statements_skipped, primitives_skipped, attributes_dropped. Each
+  /// cause is reported once, with a count.
   std::vector<Warning> warnings;
 };
 

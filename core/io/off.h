@@ -10,6 +10,7 @@ namespace crease {
 Likeness looks_like_off(const Sample& sample);
 
 /// Reads ASCII OFF with or without its keyword, and the colours of vertices and faces. Texture coordinates are skipped.
+/// A vertex or face ends with its line; in a file that has several on a line, numbers are told apart by their count.
 /// \throw Error mesh_* with the line
 MeshContent read_off(std::string_view bytes, const DecodeLimits& limits);
 

@@ -9,7 +9,7 @@
 #include "core/io/byte_cursor.h"
 #include "core/io/corner_normals.h"
 #include "core/io/mesh_builder.h"
-#include "core/io/text_cursor.h"
+#include "core/io/stl_text.h"
 #include "core/io/text_patch.h"
 #include "core/io/write_number.h"
 #include "core/mesh/position_index.h"
@@ -126,75 +126,29 @@ MeshContent read_binary(std::string_view bytes, const DecodeLimits& limits) {
   return stl.finish();
 }
 
-class AsciiReader {
- public:
-  AsciiReader(std::string_view bytes, const DecodeLimits& limits) : cursor_(bytes, {}), stl_(limits) {}
-
-  MeshContent read() {
-    do {
-      expect("solid");
-      if (++solids_ == 2) stl_.builder.drop("solids and their names");
-      cursor_.skip_line();
-      read_facets();
-      cursor_.skip_line();
-    } while (cursor_.skip_to_word());
-    return stl_.finish();
-  }
-
- private:
-  void read_facets() {
-    for (;;) {
-      if (!cursor_.skip_to_word()) return end_without_endsolid();
-      const std::string_view keyword = cursor_.word();
-      if (is(keyword, "endsolid") || is(keyword, "end")) return;
-      if (!is(keyword, "facet")) fail_keyword("'facet' or 'endsolid'", keyword);
-      expect("normal");
-      for (int k = 0; k < 3 && !cursor_.at_line_end(); ++k) cursor_.word();
-      expect("outer");
-      expect("loop");
-      read_loop();
-      expect("endfacet");
+MeshContent read_ascii(std::string_view bytes, const DecodeLimits& limits) {
+  StlBuilder stl(limits);
+  StlText text(bytes);
+  StlFacet facet;
+  std::vector<Index> corners;
+  while (text.next(facet)) {
+    corners.clear();
+    for (const StlFacet::Corner& corner : facet.corners) {
+      corners.push_back(stl.corner(corner.position, [&] { return fmt::format("line {}", corner.line); }));
     }
+    stl.builder.add_face(corners, [&] { return fmt::format("line {}", facet.line); });
   }
-
-  void end_without_endsolid() {
-    if (stl_.builder.faces() == 0) cursor_.fail_expected("'facet' or 'endsolid'");
-    stl_.builder.warn("endsolid_missing",
-                      "the file ends without 'endsolid' behind a whole facet; it may have been cut off");
+  if (text.solids() > 1) stl.builder.drop("solids and their names");
+  if (text.is_in_solid()) {
+    stl.builder.warn("endsolid_missing",
+                     "the file ends without 'endsolid' behind a whole facet; it may have been cut off");
   }
-
-  void read_loop() {
-    corners_.clear();
-    for (;;) {
-      if (!cursor_.skip_to_word()) cursor_.fail_expected("'vertex' or 'endloop'");
-      const std::string_view keyword = cursor_.word();
-      if (is(keyword, "endloop")) break;
-      if (!is(keyword, "vertex")) fail_keyword("'vertex' or 'endloop'", keyword);
-      const double x = cursor_.number("x");
-      const double y = cursor_.number("y");
-      const double z = cursor_.number("z");
-      corners_.push_back(stl_.corner(Vec3(x, y, z), [&] { return cursor_.place(); }));
-    }
-    stl_.builder.add_face(corners_, [&] { return cursor_.place(); });
+  if (text.skipped_lines() != 0) {
+    stl.builder.warn("text_skipped", fmt::format("skipped text that is no part of a facet on {}; the first is {}",
+                                                 counted(text.skipped_lines(), "line", "lines"), text.first_skipped()));
   }
-
-  void expect(std::string_view keyword) {
-    if (!cursor_.skip_to_word()) cursor_.fail_expected(fmt::format("'{}'", keyword));
-    const std::string_view found = cursor_.word();
-    if (!is(found, keyword)) fail_keyword(fmt::format("'{}'", keyword), found);
-  }
-
-  static bool is(std::string_view word, std::string_view keyword) { return equals_ignoring_case(word, keyword); }
-
-  [[noreturn]] void fail_keyword(std::string_view wanted, std::string_view found) const {
-    cursor_.fail(code::kMeshSyntax, fmt::format("expected {}, found '{}'", wanted, printable(found)));
-  }
-
-  TextCursor cursor_;
-  StlBuilder stl_;
-  std::size_t solids_ = 0;
-  std::vector<Index> corners_;
-};
+  return stl.finish();
+}
 
 /// Finds the vertices of a result by the positions of an upload's corners, which come in the order of the file.
 class StlCorners {
@@ -231,57 +185,32 @@ class StlCorners {
   std::size_t face_ = 0;
 };
 
-class StlAsciiPatch {
- public:
-  StlAsciiPatch(std::string_view upload, const Mesh& result) : cursor_(upload, {}), patch_(upload), corners_(result) {}
+/// Whether the words of a normal are one that is not zero.
+bool is_normal(const std::vector<std::string_view>& words) {
+  return words.size() == 3 && std::ranges::any_of(words, [](std::string_view word) {
+           return word.find_first_of("123456789") < std::min(word.find_first_of("eE"), word.size());
+         });
+}
 
-  std::string write() {
-    while (cursor_.skip_to_word()) {
-      const std::string_view keyword = cursor_.word();
-      if (equals_ignoring_case(keyword, "normal")) read_normal();
-      if (equals_ignoring_case(keyword, "vertex")) read_vertex();
-      if (equals_ignoring_case(keyword, "endloop")) write_facet();
-      const bool names = equals_ignoring_case(keyword, "solid") || equals_ignoring_case(keyword, "endsolid") ||
-                         equals_ignoring_case(keyword, "end");
-      if (names) cursor_.skip_line();
+std::string patch_ascii(std::string_view upload, const Mesh& result) {
+  StlText text(upload);
+  TextPatch patch(upload);
+  StlCorners corners(result);
+  StlFacet facet;
+  std::vector<Vec3> moved;
+  while (text.next(facet)) {
+    moved.clear();
+    for (const StlFacet::Corner& corner : facet.corners) moved.push_back(corners.moved(corner.position));
+    const std::optional<Vec3> normal = corners.next_normal(moved.size());
+    const bool has_normal = normal && is_normal(facet.normal);
+    for (std::size_t k = 0; k < 3 && has_normal; ++k) patch.replace(facet.normal[k], (*normal)[Eigen::Index(k)]);
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      for (std::size_t k = 0; k < 3; ++k) patch.replace(facet.corners[i].words[k], moved[i][Eigen::Index(k)]);
     }
-    corners_.finish();
-    return patch_.finish();
   }
-
- private:
-  void read_normal() {
-    normal_.clear();
-    while (normal_.size() < 3 && !cursor_.at_line_end()) normal_.push_back(cursor_.word());
-  }
-
-  void read_vertex() {
-    Vec3 position;
-    for (double& coordinate : position) {
-      TextCursor ahead = cursor_;
-      words_.push_back(ahead.word());
-      coordinate = cursor_.number("a coordinate");
-    }
-    positions_.push_back(corners_.moved(position));
-  }
-
-  void write_facet() {
-    const std::optional<Vec3> normal = corners_.next_normal(positions_.size());
-    const bool has_normal = normal_.size() == 3 && std::ranges::any_of(normal_, [](std::string_view word) {
-                              return word.find_first_of("123456789") < std::min(word.find_first_of("eE"), word.size());
-                            });
-    for (std::size_t k = 0; k < 3 && has_normal && normal; ++k) patch_.replace(normal_[k], (*normal)[Eigen::Index(k)]);
-    for (std::size_t i = 0; i < words_.size(); ++i) patch_.replace(words_[i], positions_[i / 3][Eigen::Index(i % 3)]);
-    words_.clear();
-    positions_.clear();
-  }
-
-  TextCursor cursor_;
-  TextPatch patch_;
-  StlCorners corners_;
-  std::vector<std::string_view> normal_, words_;  ///< of the facet
-  std::vector<Vec3> positions_;                   ///< of its corners, from the result
-};
+  corners.finish();
+  return patch.finish();
+}
 
 /// Overwrites three floats of `bytes`.
 void overwrite_floats(std::string& bytes, std::size_t offset, const std::array<float, 3>& values) {
@@ -330,16 +259,9 @@ bool may_be_binary(std::string_view bytes) {
   return is_uncounted || (facets != 0 && facets <= room / kFacetBytes);
 }
 
-std::string_view without_mark(std::string_view bytes) {
-  return bytes.substr(bytes.starts_with("\xef\xbb\xbf") ? 3 : 0);
-}
-
 /// A binary file may begin with "solid" as well. Then its size fits its count, or its header has a NUL byte.
 bool is_ascii(std::string_view bytes) {
-  const std::string_view text = without_mark(bytes);
-  const std::size_t start = text.find_first_not_of(" \t\r\n");
-  if (start == std::string_view::npos || !equals_ignoring_case(text.substr(start, 5), "solid")) return false;
-  return !is_exactly_binary(bytes) && !has_binary_head(bytes);
+  return !is_exactly_binary(bytes) && !has_binary_head(bytes) && is_stl_text(bytes);
 }
 
 }  // namespace
@@ -347,15 +269,19 @@ bool is_ascii(std::string_view bytes) {
 Likeness looks_like_stl(const Sample& sample) {
   if (is_exactly_binary(sample.bytes)) return Likeness::kCertain;
   const bool is_solid = equals_ignoring_case(sample.word.substr(0, 5), "solid");
-  return is_solid || may_be_binary(sample.bytes) ? Likeness::kHead : Likeness::kUnlike;
+  if (is_solid || may_be_binary(sample.bytes)) return Likeness::kHead;
+  // Other text may come first.
+  constexpr std::size_t kFirst = 4096;
+  const std::string_view first = sample.text.substr(0, kFirst);
+  return !has_binary_head(sample.bytes) && is_stl_text(first) ? Likeness::kText : Likeness::kUnlike;
 }
 
 MeshContent read_stl(std::string_view bytes, const DecodeLimits& limits) {
-  return is_ascii(bytes) ? AsciiReader(bytes, limits).read() : read_binary(bytes, limits);
+  return is_ascii(bytes) ? read_ascii(bytes, limits) : read_binary(bytes, limits);
 }
 
 std::string patch_stl(std::string_view upload, const LabelledMesh& result) {
-  return is_ascii(upload) ? StlAsciiPatch(upload, result.mesh).write() : patch_binary(upload, result.mesh);
+  return is_ascii(upload) ? patch_ascii(upload, result.mesh) : patch_binary(upload, result.mesh);
 }
 
 std::string write_stl(const LabelledMesh& result, const nlohmann::ordered_json& /*extras*/,

@@ -58,13 +58,40 @@ std::string strips_of_single_faces() {
 
 std::string off_body() { return off_file(box()).substr(4); }
 
+std::string on_one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+/// OFF files of the box with several vertices or faces on a line, with these columns behind them.
+SampleFile wide_off(const std::string& name, const std::string& keyword, const std::string& behind_vertices,
+                    const std::string& behind_faces, std::size_t per_line) {
+  std::string text = keyword + "\n8 12 0\n";
+  std::size_t count = 0;
+  const auto end = [&] { return ++count % per_line == 0 ? " # a comment\n" : "  "; };
+  for (const Vec3& p : box().positions) text += xyz(p) + behind_vertices + end();
+  for (const auto& [a, b, c] : box().triangles) text += fmt::format("3 {} {} {}{}", a, b, c, behind_faces) + end();
+  return {name, MeshFormat::kOff, text};
+}
+
+std::vector<SampleFile> wide_off_dialects() {
+  return {wide_off("off_two_a_line", "OFF", "", "", 2),
+          wide_off("off_seven_a_line", "OFF", "", "", 7),
+          wide_off("off_two_a_line_with_colours", "COFF", " 1 0 0 1", " 1 0 0", 2),
+          wide_off("off_three_a_line_with_colours_of_three", "COFF", " 1 0 0", "", 3),
+          wide_off("off_two_a_line_with_unannounced_colours", "OFF", " 255 0 0", " 0 9 8 255", 2),
+          wide_off("off_five_a_line_with_normals", "NOFF", " 0 0 1", " 7", 5),
+          wide_off("off_all_on_one_line", "OFF", "", "", 99),
+          wide_off("off_all_on_one_line_with_all", "STCNOFF", " 0 0 1 9 9 9 9 0.5 0.5", " 255 0 0", 99)};
+}
+
 std::vector<SampleFile> dialects() {
   const Mesh mesh = box();
   const std::string ply = ply_ascii_file(mesh), stl = stl_binary_file(mesh);
   std::string vertices, faces;
   for (const Vec3& p : mesh.positions) vertices += xyz(p) + "\n";
   for (const auto& [a, b, c] : mesh.triangles) faces += fmt::format("3 {} {} {}\n", a, b, c);
-  return {
+  std::vector<SampleFile> files{
       {"off_joined_count", MeshFormat::kOff, "OFF8 12 0\n" + vertices + faces},
       {"off_lower_case", MeshFormat::kOff, "off\n" + off_body()},
       {"off_lower_case_joined", MeshFormat::kOff, "off8 12 0\n" + vertices + faces},
@@ -80,7 +107,12 @@ std::vector<SampleFile> dialects() {
       {"stl_count_of_0", MeshFormat::kStl, stl.substr(0, 80) + std::string(4, '\0') + stl.substr(84)},
       {"stl_byte_order_mark", MeshFormat::kStl, "\xef\xbb\xbf" + stl_ascii_file(mesh)},
       {"obj_byte_order_mark", MeshFormat::kObj, "\xef\xbb\xbf" + obj_file(mesh)},
+      {"off_faces_over_lines", MeshFormat::kOff, "OFF\n8 12 0\n" + vertices + with_blanks_as_line_ends(faces)},
+      {"off_without_line_ends", MeshFormat::kOff, on_one_line(off_file(mesh))},
+      {"off_counts_and_vertices_on_a_line", MeshFormat::kOff, "OFF 8 12 0 " + on_one_line(vertices) + "\n" + faces},
   };
+  for (const SampleFile& file : wide_off_dialects()) files.push_back(file);
+  return files;
 }
 
 class DecodeDialect : public testing::TestWithParam<SampleFile> {};
@@ -106,6 +138,44 @@ TEST_P(DecodeDialect, GivesTheSameMeshWithAndWithoutItsFormatsName) {
 
 INSTANTIATE_TEST_SUITE_P(Table, DecodeDialect, testing::ValuesIn(dialects()),
                          [](const auto& parameter) { return parameter.param.name; });
+
+TEST(DecodeOff, ColoursOfSeveralFacesOnALineAreTheirs) {
+  const std::string lines = join({"OFF", "4 4 0", "0 0 0", "1 0 0", "0 1 0", "0 0 1", "3 0 2 1 1 0 0", "3 0 1 3 0 1 0",
+                                  "3 1 2 3 0 0 1", "3 0 3 2 0.5 0.5 0.5"});
+  const DecodedMesh expected = decode_mesh(lines, MeshFormat::kOff);
+  ASSERT_EQ(expected.appearance.face_colours.size(), 4U);
+  const DecodedMesh found = decode_mesh(on_one_line(lines), MeshFormat::kOff);
+  EXPECT_EQ(found.appearance.face_colours, expected.appearance.face_colours);
+}
+
+TEST(DecodeOff, AFaceWithAColourIsNotTakenForTwo) {
+  const DecodedMesh decoded =
+      decode_mesh(join({"OFF", "4 2 0", "0 0 0", "1 0 0", "1 1 0", "0 1 0", "3 0 1 2 3 2 1 0", "3 0 2 3 3 0 1 2"}),
+                  MeshFormat::kOff);
+  EXPECT_EQ(decoded.mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}}));
+  EXPECT_EQ(decoded.appearance.face_colours.size(), 2U);
+}
+
+TEST(DecodeOff, FaultsOnOneLineAreThemselves) {
+  const std::string text = on_one_line(off_file(box()));
+  EXPECT_EQ(refusal(text.substr(0, text.size() - 3))->code(), code::kMeshTruncated);
+  EXPECT_EQ(refusal(replaced(text, "3 3 2 1", "3 3 2 8"))->code(), code::kMeshIndexOutOfRange);
+  EXPECT_EQ(refusal(replaced(text, "0 0 0", "0 nan 0"))->code(), code::kMeshNotFinite);
+}
+
+/// Counted by words, such a file once made a mesh of numbers that are none of its vertices.
+TEST(DecodeOff, WrongCountsOfFilesWithLinesAreRefused) {
+  for (const Mesh& mesh : {box(), test::cube(2), test::icosphere(1)}) {
+    const std::string text = off_file(mesh), body = text.substr(text.find('\n', 4));
+    for (const int more_vertices : {-2, -1, 1, 2, 3}) {
+      const std::string counts =
+          fmt::format("{} {} 0", static_cast<int>(mesh.positions.size()) + more_vertices, mesh.triangles.size());
+      EXPECT_TRUE(refusal("OFF\n" + counts + body, MeshFormat::kOff)) << counts;
+    }
+    const std::string counts = fmt::format("{} {} 0", mesh.positions.size(), mesh.triangles.size() + 1);
+    EXPECT_TRUE(refusal("OFF\n" + counts + body, MeshFormat::kOff)) << counts;
+  }
+}
 
 TEST(DecodePly, StripsAlternateAndSkipTheTrianglesThatOnlyConnect) {
   const DecodedMesh decoded = decode_mesh(ply_of_strips("11 0 1 2 3 3 4 5 -1 6 7 0"), MeshFormat::kPly);
@@ -148,6 +218,30 @@ TEST(DecodePly, WeightsThatLookUnlikeOursAreReported) {
 TEST(DecodeObj, SkippedFacesAreReportedWithTheirPlace) {
   const DecodedMesh decoded = decode_mesh(replaced(obj_file(sample_mesh()), "f ", "f 1 2\nf "), MeshFormat::kObj);
   EXPECT_THAT(warning(decoded, "faces_skipped"), HasSubstr("the first is at line 7"));
+}
+
+/// Two solids of the facets of the box, with text around them.
+std::string stl_with_text() {
+  const std::string text = stl_ascii_file(box());
+  const std::string facets = text.substr(text.find("  facet"), text.find("endsolid") - text.find("  facet"));
+  const std::size_t half = facets.find("  facet", facets.size() / 2);
+  return "Exported on 2024 01 02\n\nSOLID\tpart of a vertex editor\n" + facets.substr(0, half) +
+         "\n  the second half, vertex by vertex\n" + "ENDSOLID part of a vertex editor\n\nunits: mm\n\n" +
+         "solid facet loop\n# facet normal 0 0 0\n" + facets.substr(half) + "end solid\n\n\x1a";
+}
+
+TEST(DecodeStl, TextBetweenFacetsIsSkippedWithAWarning) {
+  for (const char* line_end : {"\n", "\r\n", "\r"}) {
+    std::string text;
+    for (const char c : stl_with_text()) text += c == '\n' ? line_end : std::string(1, c);
+    const DecodedMesh decoded = decode_mesh(text, MeshFormat::kStl);
+    EXPECT_EQ(decoded.mesh.triangles, decode_mesh(stl_ascii_file(box()), MeshFormat::kStl).mesh.triangles);
+    EXPECT_EQ(decoded.mesh.positions, decode_mesh(stl_ascii_file(box()), MeshFormat::kStl).mesh.positions);
+    EXPECT_EQ(warning(decoded, "text_skipped"),
+              "skipped text that is no part of a facet on 5 lines; the first is line 1: 'Exported on 2024 01 02'");
+    EXPECT_EQ(warning(decoded, "endsolid_missing"), "");
+    EXPECT_EQ(decode_mesh(text, std::nullopt).mesh.triangles, decoded.mesh.triangles) << "without its format's name";
+  }
 }
 
 TEST(DecodeStl, ACountOf0IsReported) {

@@ -180,7 +180,18 @@ std::vector<Malformed> malformed_stl() {
        "line 4"},
       {"stl_ascii_unknown_word", kStl, "solid\nfacet normal 0 0 0\nouter ring\n", code::kMeshSyntax, "line 3"},
       {"stl_ascii_no_facets", kStl, "solid a\nendsolid a\n", code::kMeshNoFaces, "byte 19"},
-      {"stl_ascii_garbage_behind", kStl, "solid a\n" + facet + "endsolid a\nrubbish\n", code::kMeshSyntax, "line 10"},
+      {"stl_ascii_misspelt_facet", kStl, "solid a\nfacets normal 0 0 0\n" + facet.substr(facet.find("outer")),
+       code::kMeshSyntax, "line 3"},
+      {"stl_ascii_misspelt_vertex", kStl, "solid a\nfacet normal 0 0 0\nouter loop\nvertx 0 0 0\n", code::kMeshSyntax,
+       "line 4"},
+      {"stl_ascii_vertex_without_keyword", kStl, "solid a\nfacet normal 0 0 0\nouter loop\n\n0 0 1e-3\n",
+       code::kMeshSyntax, "line 5"},
+      {"stl_ascii_facet_in_a_facet", kStl, "solid a\nfacet normal 0 0 0\nouter loop\n" + facet, code::kMeshSyntax,
+       "line 4"},
+      {"stl_ascii_vertex_behind_the_end", kStl, "solid a\n" + facet + "endsolid a\nvertex 0 0 0\n", code::kMeshSyntax,
+       "line 10"},
+      {"stl_ascii_numbers_behind_a_vertex", kStl, "solid a\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0 , 1 0 0\n",
+       code::kMeshSyntax, "line 4"},
   };
 }
 

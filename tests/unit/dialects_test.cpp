@@ -87,17 +87,23 @@ std::vector<SampleFile> off_dialects(const Mesh& mesh) {
   const std::string counts = fmt::format("{} {} 0\n", mesh.positions.size(), mesh.triangles.size());
   const std::string faces = faces_of(mesh, "3", [](Index v) { return std::to_string(v); });
   const std::string plain = counts + positions_of(mesh, "") + faces;
-  return {
-      {"off_no_keyword", MeshFormat::kOff, plain},
-      {"off_joined", MeshFormat::kOff, "OFF" + plain},
-      {"off_lower_case", MeshFormat::kOff, "off\n" + plain},
-      {"off_comments", MeshFormat::kOff, "# a\nOFF # b\n\n" + plain},
-      {"off_colours", MeshFormat::kOff, "COFF\n" + counts + positions_of(mesh, "", " 255 0 0 255") + faces},
-      {"off_normals", MeshFormat::kOff, "NOFF\n" + counts + positions_of(mesh, "", " 0 0 1") + faces},
-      {"off_texture", MeshFormat::kOff, "STOFF\n" + counts + positions_of(mesh, "", " 0.5 0.5") + faces},
-      {"off_face_colours", MeshFormat::kOff,
-       "OFF\n" + counts + positions_of(mesh, "") + changed(faces, "\n", " 1 0 0\n")},
-      {"off_counts_apart", MeshFormat::kOff, "OFF\n" + changed(counts, " ", "\n") + positions_of(mesh, "") + faces}};
+  return {{"off_no_keyword", MeshFormat::kOff, plain},
+          {"off_joined", MeshFormat::kOff, "OFF" + plain},
+          {"off_lower_case", MeshFormat::kOff, "off\n" + plain},
+          {"off_comments", MeshFormat::kOff, "# a\nOFF # b\n\n" + plain},
+          {"off_colours", MeshFormat::kOff, "COFF\n" + counts + positions_of(mesh, "", " 255 0 0 255") + faces},
+          {"off_normals", MeshFormat::kOff, "NOFF\n" + counts + positions_of(mesh, "", " 0 0 1") + faces},
+          {"off_texture", MeshFormat::kOff, "STOFF\n" + counts + positions_of(mesh, "", " 0.5 0.5") + faces},
+          {"off_face_colours", MeshFormat::kOff,
+           "OFF\n" + counts + positions_of(mesh, "") + changed(faces, "\n", " 1 0 0\n")},
+          {"off_counts_apart", MeshFormat::kOff, "OFF\n" + changed(counts, " ", "\n") + positions_of(mesh, "") + faces},
+          {"off_one_line", MeshFormat::kOff, changed("OFF\n" + plain, "\n", " ")},
+          {"off_one_line_of_vertices", MeshFormat::kOff,
+           "OFF\n" + counts + changed(positions_of(mesh, ""), "\n", "  ") + "\n" + faces},
+          {"off_one_line_of_colours", MeshFormat::kOff,
+           changed("COFF\n" + counts + positions_of(mesh, "", " 255 0 0 255") + changed(faces, "\n", " 1 0 0\n"), "\n",
+                   "\t")},
+          {"off_one_number_a_line", MeshFormat::kOff, changed("OFF\n" + plain, " ", "\n")}};
 }
 
 std::vector<SampleFile> ply_dialects(const Mesh& mesh) {
@@ -126,6 +132,11 @@ std::vector<SampleFile> stl_dialects(const Mesh& mesh) {
           {"stl_capitals", MeshFormat::kStl, changed(changed(text, "facet", "FACET"), "vertex", "VERTEX")},
           {"stl_mark", MeshFormat::kStl, "\xef\xbb\xbf" + text},
           {"stl_two_solids", MeshFormat::kStl, text + "solid empty\nendsolid\n"},
+          {"stl_cr", MeshFormat::kStl, changed(text, "\n", "\r")},
+          {"stl_one_line", MeshFormat::kStl, changed(text, "\n", " ")},
+          {"stl_comments", MeshFormat::kStl,
+           "; made by hand\n" + changed(text, "    endloop", "  # vertex 1 2 3\nendloop  // end")},
+          {"stl_nan_normals", MeshFormat::kStl, changed(text, "normal 0 0 0", "normal\tnan -nan(ind) 1.#QNAN")},
           {"stl_solid_head", MeshFormat::kStl, stl_binary_file(mesh, "solid but binary")},
           {"stl_count_of_0", MeshFormat::kStl, binary.substr(0, 80) + std::string(4, '\0') + binary.substr(84)}};
 }
@@ -179,11 +190,21 @@ GltfSample scaled(const Mesh& mesh) {
   return sample;
 }
 
+/// The same, by the one copy of an instanced mesh.
+GltfSample scaled_copy(const Mesh& mesh) {
+  GltfSample sample = scaled(mesh);
+  nlohmann::json& node = sample.json["nodes"][1];
+  node.erase("scale");
+  node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["SCALE"] = sample.add_positions({{0.5, 0.5, 0.5}});
+  return sample;
+}
+
 std::vector<SampleFile> gltf_dialects(const Mesh& mesh) {
   return {{"glb_interleaved", MeshFormat::kGlb, interleaved(mesh).glb()},
           {"glb_without_indices", MeshFormat::kGlb, indexless(mesh).glb()},
           {"glb_primitives", MeshFormat::kGlb, primitives(mesh).glb()},
           {"glb_scaled", MeshFormat::kGlb, scaled(mesh).glb()},
+          {"glb_scaled_copy", MeshFormat::kGlb, scaled_copy(mesh).glb()},
           {"gltf_interleaved", MeshFormat::kGltf, interleaved(mesh).gltf()}};
 }
 

@@ -101,6 +101,29 @@ TEST(EncodeOriginal, OffKeepsColoursAndPolygons) {
                   "0 1 2 0 0 1 9 9 9 1", "4 0 1 2 3 0.5 0.5 0.5", "2 0 1"}));
 }
 
+TEST(EncodeOriginal, StlKeepsTextBetweenFacets) {
+  const auto file = [](const std::string& z) {
+    return "solid a b\nfacet normal 0 0 1 ; up\nouter loop\n# vertex 7 7 7\nvertex 0 0 " + z + "\nvertex 1 0 " + z +
+           " (a corner)\nvertex 1 1 " + z + "\nendloop\nendfacet\nEndSolid a b\nvolume: 0\n";
+  };
+  LabelledMesh result = labelled(decode_mesh(file("0"), MeshFormat::kStl).mesh);
+  for (Vec3& position : result.mesh.positions) position.z() += 2;
+  EXPECT_EQ(encode_original(file("0"), MeshFormat::kStl, result), file("2"));
+}
+
+TEST(EncodeOriginal, OffKeepsItsLines) {
+  const std::string text =
+      "CNOFF 3 2 0 # several on a line\n0 0 0 0 0 -1 9 9 9 1  1 0 0 0 0 -1 9 9 9 1\n"
+      "1 1 0 0 0 -1 9 9 9 1 3 0 1 2 1 0 0 3 2 1 0 0 1 0";
+  LabelledMesh result = labelled(decode_mesh(text, MeshFormat::kOff).mesh);
+  for (Vec3& position : result.mesh.positions) position.z() += 2;
+  const std::string patched = encode_original(text, MeshFormat::kOff, result);
+  EXPECT_EQ(patched.find("CNOFF 3 2 0 # several on a line\n0 0 2 "), 0U);
+  EXPECT_NE(patched.find(" 9 9 9 1  1 0 2 "), std::string::npos);
+  EXPECT_EQ(patched.substr(patched.find("3 0 1 2")), text.substr(text.find("3 0 1 2")));
+  EXPECT_EQ(decode_mesh(patched, MeshFormat::kOff).mesh.positions, result.mesh.positions);
+}
+
 const std::string kPlyHead =
     "comment by hand\nobj_info 7\nelement camera 1\nproperty list uchar short view\n"
     "element vertex 4\nproperty uchar red\nproperty float x\nproperty double z\nproperty float y\n"
