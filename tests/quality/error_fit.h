@@ -77,15 +77,24 @@ struct Fit {
   std::vector<typename Model::Landmark> landmarks;
 };
 
-template <typename Model, typename AnySample>
-void standardise(const std::vector<const AnySample*>& samples, Model& model) {
+/// Sets the means and deviations of a model to those of some numbers of the samples.
+template <typename Model, typename AnySample, typename Owner, typename Numbers>
+void standardise(const std::vector<const AnySample*>& samples, Numbers Owner::*numbers, Model& model) {
   const auto count = static_cast<double>(samples.size());
   for (std::size_t k = 0; k < model.means.size(); ++k) {
+    const auto value = [&](const AnySample* sample) { return (sample->*numbers)[k]; };
     double squares = 0;
-    for (const AnySample* sample : samples) model.means[k] += sample->features[k] / count;
-    for (const AnySample* sample : samples) squares += std::pow(sample->features[k] - model.means[k], 2) / count;
+    for (const AnySample* sample : samples) model.means[k] += value(sample) / count;
+    for (const AnySample* sample : samples) squares += std::pow(value(sample) - model.means[k], 2) / count;
     model.deviations[k] = std::sqrt(squares) + 1e-6;
   }
+}
+
+template <typename AnySample>
+std::vector<const AnySample*> pointers_to(const std::vector<AnySample>& samples) {
+  std::vector<const AnySample*> pointers;
+  for (const AnySample& sample : samples) pointers.push_back(&sample);
+  return pointers;
 }
 
 /// Kernel ridge regression of the logarithms of the errors over the smallest of their pair.
@@ -94,7 +103,7 @@ Fit<Model> fitted(const std::vector<const AnySample*>& samples) {
   constexpr double kPenalty = 0.1;
   const auto count = static_cast<Eigen::Index>(samples.size());
   Fit<Model> fit;
-  standardise(samples, fit.model);
+  standardise(samples, &AnySample::features, fit.model);
   const std::size_t methods = fit.model.mean_errors.size();
   Eigen::MatrixXd errors(count, static_cast<Eigen::Index>(methods)), alike(count, count);
   for (Eigen::Index s = 0; s < count; ++s) {

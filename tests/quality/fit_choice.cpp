@@ -118,9 +118,7 @@ void report_cost(const std::vector<SettingSample>& samples, const SettingModel& 
 
 void write_table(const std::vector<std::string>& files) {
   const auto samples = read_samples<SettingSample>(files);
-  std::vector<const SettingSample*> all;
-  for (const SettingSample& sample : samples) all.push_back(&sample);
-  const Fit<SettingModel> fit = fitted<SettingModel>(all);
+  const Fit<SettingModel> fit = fitted<SettingModel>(pointers_to(samples));
   report_cost(samples, fit.model);
   print_table_head("core/choice/expected_error.h");
   print_table(fit, "SettingModel", "");

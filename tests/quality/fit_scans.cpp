@@ -24,11 +24,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kFewestOfScan = 1500, kMostOfScan = 13'000, kIndependent = kScanWeights.size();
-using OddsNumbers = std::array<double, OddsModel::kNumbers>;
 
 struct ScanSample : Sample<ScanModel> {
   std::string noise;  ///< "correlated", "depth", or that of tests/quality/noise_models.h; "none"
-  OddsNumbers numbers{};
+  std::array<double, OddsModel::kNumbers> numbers{};
 
   void read(std::istream& words) {
     words >> noise;
@@ -93,10 +92,7 @@ Mesh with_scanner_noise(const Mesh& original, std::mt19937_64& random) {
   NoiseSpectrum spectrum;
   for (std::size_t k = 0; k < shares.size(); ++k) spectrum.variances[k] = level * level * (1 - white) * shares[k] / sum;
   spectrum.variances[0] += level * level * white;
-  std::vector<Vec3> directions(original.positions.size(), Vec3::Zero());
-  for (std::size_t f = 0; f < surface.faces.size(); ++f) {
-    for (const Index v : surface.faces[f]) directions[v] += surface.area_vector(f);
-  }
+  std::vector<Vec3> directions = unit_vertex_normals(original, topology);
   if (unit(random) < 0.2) std::ranges::fill(directions, Vec3(unit(random), unit(random), 1));
   return with_noise(original, surface, spectrum, directions, random);
 }
@@ -173,13 +169,7 @@ double gain_of_scan(const ScanSample& sample) {
 OddsModel fitted_odds(const std::vector<const ScanSample*>& samples) {
   constexpr double kWorthwhile = 0.1, kWeightWithout = 0.3, kPenalty = 1;
   OddsModel model;
-  const auto count = static_cast<double>(samples.size());
-  for (std::size_t k = 0; k < model.means.size(); ++k) {
-    double squares = 0;
-    for (const ScanSample* sample : samples) model.means[k] += sample->numbers[k] / count;
-    for (const ScanSample* sample : samples) squares += std::pow(sample->numbers[k] - model.means[k], 2) / count;
-    model.deviations[k] = std::sqrt(squares) + 1e-6;
-  }
+  standardise(samples, &ScanSample::numbers, model);
   constexpr auto kTerms = static_cast<Eigen::Index>(model.factors.size());
   using Terms = Eigen::Matrix<double, kTerms, 1>;
   Terms factors = Terms::Zero();
@@ -202,30 +192,20 @@ OddsModel fitted_odds(const std::vector<const ScanSample*>& samples) {
 }
 
 /// What is lost and won by kind of noise, families left out.
-void report_cost(const std::vector<ScanSample>& samples) {
+void report_cost(const std::vector<ScanSample>& samples, const OddsModel& odds) {
   struct Sums {
     double count = 0, over_hindsight = 0, over_independent = 0, scans = 0, tried = 0;
   };
   std::map<std::string, Sums> sums;
-  std::map<std::string, OddsModel> odds;
-  std::vector<const ScanSample*> all;
-  for (const ScanSample& sample : samples) all.push_back(&sample);
-  const OddsModel gate = fitted_odds(all);
   visit_left_out<ScanModel>(samples, [&](const ScanSample& sample, const ScanModel& model) {
-    const bool tried = gate.log_odds(sample.numbers) > 0;
+    const bool tried = odds.log_odds(sample.numbers) > 0;
     const std::size_t chosen = tried ? pick(sample, model) : kIndependent;
-    for (const std::string& kind :
-         {std::string(
-              sample.noise == "correlated" || sample.noise == "depth" || sample.noise == "none" ? "" : "independent"),
-          sample.noise}) {
-      if (kind.empty()) continue;
-      Sums& sum = sums[kind];
-      ++sum.count;
-      sum.over_hindsight += loss(sample, chosen);
-      sum.over_independent += loss(sample, chosen) - loss(sample, kIndependent);
-      sum.scans += chosen == kIndependent ? 0 : 1;
-      sum.tried += tried ? 1 : 0;
-    }
+    Sums& sum = sums[sample.noise];
+    ++sum.count;
+    sum.over_hindsight += loss(sample, chosen);
+    sum.over_independent += loss(sample, chosen) - loss(sample, kIndependent);
+    sum.scans += chosen == kIndependent ? 0 : 1;
+    sum.tried += tried ? 1 : 0;
   });
   for (const auto& [kind, sum] : sums) {
     fmt::print(stderr,
@@ -263,10 +243,9 @@ void measure_scans(const Part& of) {
 
 void write_scan_table(const std::vector<std::string>& files) {
   const auto samples = read_samples<ScanSample>(files);
-  std::vector<const ScanSample*> all;
-  for (const ScanSample& sample : samples) all.push_back(&sample);
-  report_cost(samples);
+  const auto all = pointers_to(samples);
   const OddsModel odds = fitted_odds(all);
+  report_cost(samples, odds);
   print_table_head("core/choice/scan_error.h");
   fmt::print("inline constexpr OddsModel kFittedOdds{{{{{}}}, {{{}}}, {{{}}}}};\n", row_of(odds.means),
              row_of(odds.deviations), row_of(odds.factors));

@@ -18,16 +18,6 @@ constexpr double kGrowth = 8;
 /// and probability 1/2; 16 of them correlate vertices over about 4 edges.
 constexpr int kLowPassSteps = 16;
 
-std::vector<Vec3> unit_vertex_normals(const Mesh& mesh, const Topology& topology) {
-  std::vector<Vec3> normals(mesh.positions.size(), Vec3::Zero());
-  for (std::size_t face = 0; face < mesh.triangles.size(); ++face) {
-    const Triangle corners = oriented(mesh, topology, face);
-    for (const Index vertex : corners) normals[vertex] += area_vector(mesh.positions, corners);
-  }
-  for (Vec3& normal : normals) normal = direction(normal);
-  return normals;
-}
-
 Mesh add_growing_noise(const Mesh& mesh, double level, std::uint64_t seed) {
   Vec3 low = mesh.positions.front(), high = low;
   for (const Vec3& position : mesh.positions) {
@@ -76,6 +66,16 @@ Mesh add_correlated_noise(const Mesh& mesh, double level, std::uint64_t seed) {
 }
 
 }  // namespace
+
+std::vector<Vec3> unit_vertex_normals(const Mesh& mesh, const Topology& topology) {
+  std::vector<Vec3> normals(mesh.positions.size(), Vec3::Zero());
+  for (std::size_t face = 0; face < mesh.triangles.size(); ++face) {
+    const Triangle corners = oriented(mesh, topology, face);
+    for (const Index vertex : corners) normals[vertex] += area_vector(mesh.positions, corners);
+  }
+  for (Vec3& normal : normals) normal = direction(normal);
+  return normals;
+}
 
 std::string_view word_of(Noise kind) { return words_of(kind)[static_cast<std::size_t>(kind)]; }
 

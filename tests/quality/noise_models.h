@@ -3,8 +3,10 @@
 #include <array>
 #include <cstdint>
 #include <string_view>
+#include <vector>
 
 #include "core/mesh/mesh.h"
+#include "core/mesh/topology.h"
 
 namespace crease::quality {
 
@@ -24,6 +26,9 @@ constexpr std::array<std::string_view, 6> words_of(Noise) {
 
 /// The word for a kind.
 std::string_view word_of(Noise kind);
+
+/// Per vertex: the direction of the sum of the area vectors around it.
+std::vector<Vec3> unit_vertex_normals(const Mesh& mesh, const Topology& topology);
 
 /// `mesh` with noise of a kind other than kMeasured. The level of kGrowing is that in the middle of the mesh, that of
 /// kCorrelated the root mean square over the vertices. The same seed gives the same mesh.

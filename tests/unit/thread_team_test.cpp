@@ -8,16 +8,10 @@
 #include <fstream>
 #include <system_error>
 
+#include "server/worker/sanitized.h"
+
 namespace crease {
 namespace {
-
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool kMapsWhatItLikes = true;
-#elif defined(__has_feature)
-constexpr bool kMapsWhatItLikes = __has_feature(address_sanitizer);
-#else
-constexpr bool kMapsWhatItLikes = false;
-#endif
 
 /// Leaves room for the stacks of two or three threads. Ends with 0 if a team of many is refused, and is ended by a
 /// signal if that takes for ever.
@@ -42,7 +36,7 @@ constexpr bool kMapsWhatItLikes = false;
 
 /// It once waited for the threads that it had got.
 TEST(ThreadTeamDeathTest, WithFewerThreadsThanItNeedsIsRefused) {
-  if (kMapsWhatItLikes) GTEST_SKIP() << "AddressSanitizer needs the address space";
+  if (creased::kSanitized) GTEST_SKIP() << "sanitizers need the address space";
   EXPECT_EXIT(ask_for_more_threads_than_there_are(), testing::ExitedWithCode(0), "");
 }
 
