@@ -2,36 +2,15 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <cstdlib>
-#include <filesystem>
-
 #include "server/worker/sanitized.h"
 #include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
 
 namespace crease::test {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::Not;
-
-/// A folder that every user can reach and write.
-class PublicFolder {
- public:
-  PublicFolder() {
-    std::string name = (fs::temp_directory_path() / "creased-start-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make a folder");
-    path_ = name;
-    fs::permissions(path_, fs::perms::all);
-  }
-  ~PublicFolder() { fs::remove_all(path_); }
-  PublicFolder(const PublicFolder&) = delete;
-  PublicFolder& operator=(const PublicFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 /// `creased serve` behind a command that sets limits; it must end by itself.
 Finished start_within(std::vector<std::string> limits) {

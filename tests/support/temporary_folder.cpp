@@ -52,8 +52,8 @@ void remove_quietly(const fs::path& folder) {
   fs::remove_all(folder, ignored);
 }
 
-fs::path new_folder(const fs::path& parent) {
-  std::string name = (parent / "XXXXXX").string();
+fs::path new_folder(const fs::path& parent, const std::string& prefix = "") {
+  std::string name = (parent / (prefix + "XXXXXX")).string();
   if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make a folder in " + parent.string());
   return name;
 }
@@ -101,5 +101,12 @@ TemporaryFolder::TemporaryFolder() {
 }
 
 TemporaryFolder::~TemporaryFolder() { remove_quietly(path_); }
+
+// Not in the folder of the process: only its user may enter that.
+PublicFolder::PublicFolder() : path_(new_folder(fs::temp_directory_path(), "creased-public-")) {
+  fs::permissions(path_, fs::perms::all);
+}
+
+PublicFolder::~PublicFolder() { remove_quietly(path_); }
 
 }  // namespace crease::test

@@ -18,4 +18,17 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
+/// A temporary folder that every user can reach and write. The destructor removes it.
+class PublicFolder {
+ public:
+  PublicFolder();
+  ~PublicFolder();
+  PublicFolder(const PublicFolder&) = delete;
+  PublicFolder& operator=(const PublicFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
 }  // namespace crease::test

@@ -41,7 +41,7 @@ TEST(Uncertainty, ChangesNeitherPositionsNorLabels) {
 }
 
 TEST(Uncertainty, IsTheSameForAnyNumberOfThreads) {
-  const Mesh mesh = add_noise(test::icosphere(5), 0.2, 1, NoiseKind::kNormal);
+  const Mesh mesh = add_noise(test::cube(28), 0.2, 1, NoiseKind::kNormal);
   MrfOptions options = with_uncertainty();
   options.surface = SurfaceOption::kOrganic;
   EXPECT_EQ(solved(mesh, options, 1).sigma, solved(mesh, options, 3).sigma);
