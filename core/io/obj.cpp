@@ -68,11 +68,8 @@ class ObjReader {
   };
 
   void read_statement(std::string_view keyword) {
-    if (keyword == "v") {
-      read_vertex();
-    } else if (keyword == "f") {
-      read_face();
-    } else if (keyword == "vt") {
+    if (keyword.size() == 1) return read_short_statement(keyword);
+    if (keyword == "vt") {
       read_texture();
     } else if (keyword == "vn") {
       builder_.appearance().has_normals = true;
@@ -80,12 +77,26 @@ class ObjReader {
       builder_.start_material(material(valid_utf8(cursor_.rest_of_line())));
     } else if (keyword == "mtllib") {
       builder_.appearance().material_libraries.push_back(valid_utf8(cursor_.rest_of_line()));
-    } else if (keyword == "l") {
-      ++lines_;
-    } else if (keyword == "p") {
-      ++points_;
     } else {
       skip(keyword);
+    }
+  }
+
+  /// Nearly all statements are of one letter.
+  void read_short_statement(std::string_view keyword) {
+    switch (keyword.front()) {
+      case 'v':
+        return read_vertex();
+      case 'f':
+        return read_face();
+      case 'l':
+        ++lines_;
+        return;
+      case 'p':
+        ++points_;
+        return;
+      default:
+        skip(keyword);
     }
   }
 

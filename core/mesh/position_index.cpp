@@ -35,11 +35,15 @@ std::uint64_t salted_hash(std::uint64_t a, std::uint64_t b, std::uint64_t c) {
 }
 
 void PositionIndex::reserve(std::size_t count, const std::vector<Vec3>& positions) {
-  const std::size_t wanted = std::bit_ceil(std::max(kSmallestTable, 2 * (count + 1)));
+  // At most three of four slots are taken.
+  const std::size_t wanted = std::bit_ceil(std::max(kSmallestTable, count + count / 3 + 1));
   if (wanted > slots_.size()) grow(wanted, positions);
 }
 
 Index PositionIndex::find_or_append(std::vector<Vec3>& positions, const Vec3& position) {
+  for (const Index vertex : recent_) {
+    if (vertex < used_ && positions[vertex] == position) return vertex;
+  }
   reserve(used_ + 1, positions);
   Slot& slot = slot_for(positions, position);
   if (slot.vertex == kNone) {
@@ -47,6 +51,7 @@ Index PositionIndex::find_or_append(std::vector<Vec3>& positions, const Vec3& po
     positions.push_back(position);
     ++used_;
   }
+  recent_[next_recent_++ % recent_.size()] = slot.vertex;
   return slot.vertex;
 }
 

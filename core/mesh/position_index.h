@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -36,6 +37,8 @@ class PositionIndex {
 
   std::vector<Slot> slots_;
   std::size_t used_ = 0;
+  std::array<Index, 4> recent_{kNone, kNone, kNone, kNone};  ///< neighbouring facets share corners
+  std::size_t next_recent_ = 0;
 };
 
 /// Merges vertices at exactly the same position. The first of them keeps its place in the order and its weight.
