@@ -68,7 +68,7 @@ const kWarnings: Record<string, (input: Job['input']) => Words> = {
 /** How strong the noise is. What is seen at first sight is a number only: the word waits for the job, which knows better. */
 export function noiseWords({ input, result }: Job): [words: string, figure: string] {
   if (!result?.choice) return [`Noise: about ${number(input.noise_sigma, 2)} edge lengths`, 'at first sight'];
-  const { noise_sigma: sigma, noise_sigma_first: first } = result.choice;
+  const first = input.noise_sigma, sigma = result.choice.noise_sigma;
   return [`Noise: ${noiseWord(sigma)}`, `${number(sigma, 2)} edge lengths${isOther(first, sigma) ? `; ${number(first, 2)} at first sight` : ''}`];
 }
 
@@ -104,8 +104,8 @@ export function choiceWords(job: Job): string[] {
     if (choice.impulsive) noise += `, at ${percent(choice.moved_share)} of the vertices`;
     if (choice.varying) noise += ', stronger in some places than in others';
     words.push(`${noise}.`);
-    if (choice.correlation_length > 0 && isOther(choice.noise_sigma_first, choice.noise_sigma)) {
-      words.push(`At first sight it was ${number(choice.noise_sigma_first, 2)}: what neighbouring vertices have in common shows only beside a smoothed surface.`);
+    if (choice.correlation_length > 0 && isOther(job.input.noise_sigma, choice.noise_sigma)) {
+      words.push(`At first sight it was ${number(job.input.noise_sigma, 2)}: what neighbouring vertices have in common shows only beside a smoothed surface.`);
     }
   }
   if (choice.spikes > 0) words.push(`${count(choice.spikes, 'vertex stuck out as a spike and was', 'vertices stuck out as spikes and were')} flattened.`);
