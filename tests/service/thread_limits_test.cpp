@@ -14,7 +14,7 @@ namespace crease::test {
 namespace fs = std::filesystem;
 namespace {
 
-/// A server of a user who has no other processes. Root limits their threads while it runs.
+/// A server of a user who has no other processes, and whose threads can be limited while it runs.
 class ThreadLimits : public ::testing::Test {
  protected:
   void SetUp() override {
