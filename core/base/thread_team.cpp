@@ -27,8 +27,9 @@ std::uint32_t wait_for_change(const std::atomic<std::uint32_t>& value, std::uint
 
 }  // namespace
 
-ThreadTeam::ThreadTeam(std::uint32_t threads) {
-  const std::size_t wanted = threads != 0 ? threads : std::max(1U, std::thread::hardware_concurrency());
+ThreadTeam::ThreadTeam(std::uint32_t threads, std::size_t sites) {
+  const std::size_t allowed = threads != 0 ? threads : std::max(1U, std::thread::hardware_concurrency());
+  const std::size_t wanted = std::min(allowed, std::max<std::size_t>(1, sites / kSitesPerThread));
   shares_ = std::vector<Share>(wanted);
   try {
     for (std::size_t thread = 1; thread < wanted; ++thread) {

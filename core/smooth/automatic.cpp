@@ -91,7 +91,7 @@ class AutomaticRun {
         edges_(new_edges(renumbering_, topology, renumbered_)),
         options_(options),
         context_(context),
-        team_(threads),
+        team_(threads, measured.triangles.size()),
         known_(context.checkpoint) {
     adopt_orientation(topology, renumbering_.new_face, edges_, renumbered_);
     const double mean = mean_of(weights);

@@ -18,7 +18,7 @@ Annealing::Annealing(const Mesh& measured, const Topology& topology, const MrfOp
                      std::uint32_t threads, std::span<const double> weights)
     : options(run_options),
       mesh(measured),
-      team(threads),
+      team(threads, measured.triangles.size()),
       field(mesh, topology),
       terms({field, options, weights}),
       edge_schedule_(schedule_edges(topology)) {

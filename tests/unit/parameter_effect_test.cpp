@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/thread_team.h"
 #include "core/job.h"
 #include "core/measure/noise.h"
 #include "proto/parameter_table.h"
@@ -89,8 +90,12 @@ const std::vector<Effect> kEffects = {
     {"diebel_weight", "5", {{"method=diebel"}}},
 };
 
-const CheckedInput& noisy_part() {
-  static const CheckedInput input = check_mesh(add_noise(test::cad_part(2).mesh, 0.2, 1, NoiseKind::kNormal));
+CheckedInput noisy_part(int resolution) {
+  return check_mesh(add_noise(test::cad_part(resolution).mesh, 0.2, 1, NoiseKind::kNormal));
+}
+
+const CheckedInput& small_part() {
+  static const CheckedInput input = noisy_part(2);
   return input;
 }
 
@@ -112,9 +117,9 @@ struct Outcome {
   bool operator==(const Outcome&) const = default;
 };
 
-Outcome run(const SmoothOptions& options) {
+Outcome run(const SmoothOptions& options, const CheckedInput& input = small_part()) {
   RunContext context;
-  JobOutput output = run_job(noisy_part(), options, context);
+  JobOutput output = run_job(input, options, context);
   Outcome outcome{std::move(output.result.mesh.positions), std::move(output.result.labels), {}, {}};
   outcome.sigma = std::move(output.result.sigma);
   for (const SweepRecord& record : output.sweeps) outcome.energies.push_back(record.energy.total());
@@ -198,11 +203,14 @@ TEST(ParameterEffect, AParameterThatIsNotUsedWouldChangeNothing) {
 }
 
 TEST(ParameterEffect, ThreadsChangeNothing) {
+  const CheckedInput input = noisy_part(4);
+  ASSERT_GE(input.mesh.triangles.size(), 3 * kSitesPerThread) << "or there are not three";
   for (const Assignments& context : {Assignments{}, {"process=face"}, {"solver=descent"}, {"method=diebel"}}) {
     Assignments one = context, three = context;
     one.emplace_back("threads=1");
     three.emplace_back("threads=3");
-    EXPECT_TRUE(run(parameters(one)) == run(parameters(three))) << testing::PrintToString(context);
+    EXPECT_TRUE(run(to_options(parameters(one)), input) == run(to_options(parameters(three)), input))
+        << testing::PrintToString(context);
   }
 }
 

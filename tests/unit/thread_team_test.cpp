@@ -40,5 +40,12 @@ TEST(ThreadTeamDeathTest, WithFewerThreadsThanItNeedsIsRefused) {
   EXPECT_EXIT(ask_for_more_threads_than_there_are(), testing::ExitedWithCode(0), "");
 }
 
+TEST(ThreadTeam, HasNoMoreThreadsThanAMeshIsWorth) {
+  EXPECT_EQ(ThreadTeam(8, 0).size(), 1);
+  EXPECT_EQ(ThreadTeam(8, 2 * kSitesPerThread - 1).size(), 1);
+  EXPECT_EQ(ThreadTeam(8, 2 * kSitesPerThread).size(), 2);
+  EXPECT_EQ(ThreadTeam(2, 100 * kSitesPerThread).size(), 2);
+}
+
 }  // namespace
 }  // namespace crease

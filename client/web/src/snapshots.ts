@@ -2,7 +2,8 @@ import type { Client } from 'creased-client';
 import { readInWorker } from './mesh/reader';
 import type { Surface } from './mesh/surface';
 
-const kPauseMs = 1000;
+// What is shown of a large mesh must not keep the job from the processor: the pauses are long where a snapshot takes long.
+const kLeastPauseMs = 1000, kPausesPerSnapshot = 8;
 
 /** Shows what a running job has made so far, again and again, until `signal` or `stop`. */
 export class Snapshots {
@@ -26,9 +27,10 @@ export class Snapshots {
   }
 
   private async run(): Promise<void> {
-    for (;;) {
-      await new Promise((resolve) => setTimeout(resolve, kPauseMs));
+    for (let took = 0; ; ) {
+      await new Promise((resolve) => setTimeout(resolve, Math.max(kLeastPauseMs, kPausesPerSnapshot * took)));
       if (this.over) return;
+      const began = performance.now();
       try {
         const bytes = await this.client.mesh(this.id, { format: 'glb', snapshot: true }, { signal: this.signal });
         const surface = await readInWorker(bytes, '', true);
@@ -36,6 +38,7 @@ export class Snapshots {
       } catch {
         // There is none yet, or the job has just ended.
       }
+      took = performance.now() - began;
     }
   }
 }
