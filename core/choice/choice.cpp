@@ -60,18 +60,15 @@ class Choice {
   bool on_patches() const { return patch_ != nullptr; }
   const FlatMesh& trial_mesh() const { return on_patches() ? *patch_ : mesh_; }
 
-  /// The setting with the smallest expected error, among those for the surface that the user names. In a near tie an
-  /// organic setting wins: the comparison of risks that follows makes it better than the model expects.
+  /// The setting with the smallest expected error, among those for the surface that the user names.
   Setting choose() {
-    constexpr double kNearTie = 0.02;
     SettingErrors errors = kFittedModel.expected(features_of(trial_mesh(), evidence_));
     for (std::size_t i = 0; i < errors.size(); ++i) {
-      if (kSettings[i].family.name == kOrganicFamily.name) errors[i] -= kNearTie;
       if (options_.surface && kSettings[i].family.name != *options_.surface) {
         errors[i] = std::numeric_limits<double>::infinity();
       }
     }
-    if (kSettings[best_of(errors)].family.name == kOrganicFamily.name) compare_risks(errors);
+    if (kSettings[best_of(errors)].family.name == family::kOrganic) compare_risks(errors);
     report_choice(errors);
     return kSettings[best_of(errors)];
   }
@@ -81,20 +78,20 @@ class Choice {
   }
 
   /// Organic surfaces are smoothed by nearly linear filters, whose risks are well known: the likely ones are tried, and
-  /// their risks in noise variances count beside the errors.
+  /// their risks in noise variances count beside the errors, twice, since normals suffer more than positions.
   void compare_risks(SettingErrors& errors) const {
-    constexpr double kLikely = 0.25;
+    constexpr double kLikely = 0.25, kWeightOfRisk = 2;
     const double lowest_error = errors[best_of(errors)];
     SettingErrors risks;
     risks.fill(std::numeric_limits<double>::infinity());
     for (std::size_t i = 0; i < errors.size(); ++i) {
-      if (kSettings[i].family.name != kOrganicFamily.name || errors[i] > lowest_error + kLikely) continue;
+      if (kSettings[i].family.name != family::kOrganic || errors[i] > lowest_error + kLikely) continue;
       const Candidate candidate = try_setting(kSettings[i], trial_mesh(), evidence_, options_, solve_, on_patches());
       risks[i] = candidate.risk(evidence_.variance) / evidence_.variance;
     }
     const double lowest_risk = risks[best_of(risks)];
     for (std::size_t i = 0; i < errors.size(); ++i) {
-      if (std::isfinite(risks[i])) errors[i] += risks[i] - lowest_risk;
+      if (std::isfinite(risks[i])) errors[i] += kWeightOfRisk * (risks[i] - lowest_risk);
     }
   }
 
@@ -127,8 +124,7 @@ class Choice {
   /// early is to smooth.
   bool settles_slowly(const Setting& setting) const {
     constexpr double kStrong = 0.4;
-    const bool has_creases =
-        setting.family.name == kCreaseFamily.name || setting.family.name == kCurvedCreaseFamily.name;
+    const bool has_creases = setting.family.name == family::kCreases || setting.family.name == family::kCurvedCreases;
     return has_creases && evidence_.variance < kStrong * kStrong;
   }
 

@@ -8,7 +8,8 @@ namespace crease {
 namespace {
 
 constexpr int kTrialStages = 5, kTrialSteps = 20;
-constexpr int kStepsOfRegular = 25;  ///< what is folded over takes longer
+constexpr int kStepsOfRegular = 25;    ///< what is folded over takes longer
+constexpr int kStepsOfDiffusion = 12;  ///< of a stage; each has a small part of the way to go
 constexpr double kLeastVariance = 1e-6;
 /// With fewer, noise cannot be told from shape: the estimate takes coarse prisms for noise and flattens them.
 constexpr std::size_t kFewestVertices = 40;
@@ -28,12 +29,14 @@ GraduatedOptions FirstSight::options(const Setting& setting, double noise_varian
   if (isotropic || !regular) options.family.ramp = 1;
   options.weight = static_cast<float>(setting.weight);
   options.variance = static_cast<float>(noise_variance);
+  const bool diffuses = options.family.diffuses_throughout();
+  if (trial && !diffuses) options.stages = kTrialStages;
   if (trial) {
-    options.stages = kTrialStages;
     options.steps = kTrialSteps;
   } else if (regular) {
     options.steps = kStepsOfRegular;
   }
+  if (diffuses && regular) options.steps = kStepsOfDiffusion;
   return options;
 }
 

@@ -19,7 +19,7 @@ struct FirstSight {
   double folded_share = 0;      ///< of faces that look against the smoothed normals around them
   GraduatedOptions base;        ///< without family, weight and variance
 
-  /// A trial is solved on a shorter schedule.
+  /// A trial is solved on a shorter schedule, but for diffusions, which would smooth less with fewer stages.
   GraduatedOptions options(const Setting& setting, double noise_variance, bool trial) const;
 };
 

@@ -33,6 +33,16 @@ Samples signs_of(std::uint32_t bits) {
   return signs;
 }
 
+/// Random signs for each place of some fields.
+struct SignFields {
+  CounterRandom random;
+  std::uint32_t number;
+
+  Samples operator()(std::uint32_t field, std::size_t i) const {
+    return signs_of(random(number, static_cast<std::uint32_t>(i), field)[0]);
+  }
+};
+
 CREASE_WIDE_CLONES void turn_hinges(const std::array<FlatIndex, 4>* hinges, const std::array<float, 4>* stencils,
                                     const Samples* fields, Samples* turns, std::size_t begin, std::size_t end) {
   for (std::size_t e = begin; e < end; ++e) {
@@ -170,15 +180,21 @@ Samples LinearField::dot(const std::vector<Samples>& a, const std::vector<Sample
 }
 
 std::vector<Samples> LinearField::draw(std::uint32_t seed, std::uint32_t number, const std::function<void()>& on_step) {
-  const CounterRandom random(seed, RandomStream::kPosterior);
-  const auto signs = [&](std::uint32_t field, std::size_t i) {
-    return signs_of(random(number, static_cast<std::uint32_t>(i), field)[0]);
-  };
+  const SignFields signs{CounterRandom(seed, RandomStream::kPosterior), number};
   std::vector<Samples> right(mesh_.vertex_count);
   for_each_vertex([&](std::size_t v) { right[v].lanes = std::sqrt(precisions_[v]) * signs(0, v).lanes; });
   for (std::size_t e = 0; e < turns_.size(); ++e) turns_[e] = signs(1, e);
   add_turns(right);
   return solve(std::move(right), on_step);
+}
+
+std::vector<Samples> LinearField::draw_diffused(std::uint32_t seed, std::uint32_t number, int steps,
+                                                const std::function<void()>& on_step) {
+  const SignFields signs{CounterRandom(seed, RandomStream::kPosterior), number};
+  std::vector<Samples> values(mesh_.vertex_count);
+  for_each_vertex([&](std::size_t v) { values[v].lanes = signs(0, v).lanes / std::sqrt(precisions_[v]); });
+  for (int step = 0; step < steps / 2; ++step) values = response(values, on_step);
+  return values;
 }
 
 std::vector<Samples> LinearField::response(const std::vector<Samples>& values, const std::function<void()>& on_step) {

@@ -38,6 +38,11 @@ class LinearField {
   /// between steps and may throw to end the solve.
   std::vector<Samples> draw(std::uint32_t seed, std::uint32_t number, const std::function<void()>& on_step);
 
+  /// Draws of what so many steps of a diffusion leave of the noise: half of them smooth white noise, so that its
+  /// covariance is (M⁻¹ P)^steps P⁻¹, where that of a draw is M⁻¹ = (M⁻¹ P) P⁻¹.
+  std::vector<Samples> draw_diffused(std::uint32_t seed, std::uint32_t number, int steps,
+                                     const std::function<void()>& on_step);
+
   /// M⁻¹ · P · values.
   std::vector<Samples> response(const std::vector<Samples>& values, const std::function<void()>& on_step);
 

@@ -13,6 +13,11 @@ constexpr std::uint32_t kDraws = 2;  ///< of eight each
 constexpr double kBiasShare = 0.5;
 constexpr int kSmoothingRounds = 1;  ///< rounds; the draws alone are right to a sixth
 
+/// How many stages smoothed, each what the one before had made; 0 if each was about what was measured.
+int steps_of_diffusion(const GraduatedOptions& options) {
+  return options.family.diffuses() ? options.stages - options.family.diffuses_from + 1 : 0;
+}
+
 class Uncertainty {
  public:
   Uncertainty(const Surface& surface, const FlatMesh& mesh, const FlatVectors& positions, const EndedDescent& descent,
@@ -25,6 +30,7 @@ class Uncertainty {
         on_step_(on_step),
         variance_(report.noise_sigma * report.noise_sigma),
         team_(team),
+        diffusion_steps_(steps_of_diffusion(descent.options)),
         field_(mesh, positions, descent.options, descent.precisions, team),
         shares_(mesh.vertex_count, 0) {}
 
@@ -33,13 +39,16 @@ class Uncertainty {
     for (std::uint32_t number = 0; number < kDraws; ++number) {
       if (descent_.spectrum) {
         add_responses_to_noise(number);
+      } else if (diffusion_steps_ > 0) {
+        add_squares(field_.draw_diffused(descent_.seed, number, diffusion_steps_, on_step_));
       } else {
         add_squares(field_.draw(descent_.seed, number, on_step_));
       }
     }
     if (!report_.impulsive) mesh_.diffuse(shares_, kSmoothingRounds);
     for (std::size_t v = 0; v < shares_.size(); ++v) {
-      const float least = 1 / field_.diagonal()[v], most = 1 / field_.precisions()[v];  // what M⁻¹ has for bounds
+      const float most = 1 / field_.precisions()[v];  // what M⁻¹ has for bounds
+      const float least = diffusion_steps_ > 0 ? 0 : 1 / field_.diagonal()[v];
       shares_[v] = std::isfinite(shares_[v]) ? std::clamp(shares_[v], std::min(least, most), most) : most;
     }
     const double bias = mean_bias();
@@ -107,6 +116,7 @@ class Uncertainty {
   const std::function<void()>& on_step_;
   double variance_;
   ThreadTeam& team_;
+  int diffusion_steps_;
   LinearField field_;
   std::vector<float> shares_;  ///< variance of each vertex, in noise variances
   double divergence_ = 0;      ///< mean response of the result to the measured positions

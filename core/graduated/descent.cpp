@@ -96,6 +96,10 @@ void GraduatedDescent::begin_stage(int stage) {
                                                    std::pow(options_.across, std::max(0.0F, 1.5F * time - 0.5F)));
   energy_.fold_weight = options_.fold_weight;
   energy_.likelihood = options_.weight / options_.variance * std::pow(family.ramp, 1 - time);
+  if (stage >= family.diffuses_from) {
+    smoothed_ = positions_;
+    energy_.measured = smoothed_;
+  }
   update_normals();
   for (int round = 0; round < (time < 0.5F ? kWideNormalRounds : 1); ++round) {
     const std::size_t count = mesh_.vertex_count;
@@ -237,6 +241,13 @@ void GraduatedDescent::update_precisions(int stage) {
   latent_ = fit_latent_variance(residuals, static_cast<double>(mean_square_floor(options_)));
   for (std::size_t v = 0; v < given_precisions_.size(); ++v) latent_.precision[v] *= given_precisions_[v];
   energy_.precisions = latent_.precision;
+  if (stage < options_.family.diffuses_from) return;
+  // A vertex that hardly moved is measured better than the stage before has smoothed it.
+  const std::size_t count = mesh_.vertex_count;
+  for (std::size_t v = 0; v < latent_.relative_variance.size(); ++v) {
+    const float share = std::clamp(1 - latent_.relative_variance[v], 0.0F, 1.0F);
+    for (std::size_t i = v; i < 3 * count; i += count) smoothed_[i] += share * (measured_[i] - smoothed_[i]);
+  }
 }
 
 }  // namespace crease

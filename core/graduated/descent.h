@@ -76,6 +76,7 @@ class GraduatedDescent {
   ThreadTeam& team_;
   GraduatedEnergy energy_;
   FlatVectors positions_, area_vectors_;
+  FlatVectors smoothed_;                   ///< by the stage before, for families that diffuse
   std::vector<float> inverse_curvatures_;  ///< of the stage, a number for each of `positions_`
   LatentVariance latent_;
   int first_stage_ = 0;

@@ -176,15 +176,15 @@ double sum_blocks(std::size_t count, ThreadTeam& team, Values values) {
 
 }  // namespace
 
-GraduatedEnergy::GraduatedEnergy(const FlatMesh& mesh, std::span<const float> measured)
-    : edge_weights(mesh.edge_count, 1),
+GraduatedEnergy::GraduatedEnergy(const FlatMesh& mesh, std::span<const float> data)
+    : measured(data),
+      edge_weights(mesh.edge_count, 1),
       edge_scales(mesh.edge_count, 1),
       precisions(mesh.vertex_count, 1),
       vertex_normals(3 * mesh.vertex_count, 0),
       face_references(3 * mesh.face_count, 0),
       least_areas(mesh.face_count, 0),
       mesh_(mesh),
-      measured_(measured),
       normals_(3 * mesh.face_count),
       inverse_lengths_(mesh.face_count),
       stiffness_(mesh.edge_count + 1, 0),
@@ -192,7 +192,7 @@ GraduatedEnergy::GraduatedEnergy(const FlatMesh& mesh, std::span<const float> me
 
 double GraduatedEnergy::operator()(std::span<const float> positions, std::span<float> gradient, ThreadTeam& team) {
   const FlatMesh& mesh = mesh_;
-  const Flat p = flat(positions), normals = flat(normals_), measured = flat(measured_), m = flat(vertex_normals);
+  const Flat p = flat(positions), normals = flat(normals_), y = flat(measured), m = flat(vertex_normals);
   const std::size_t faces = mesh.face_count, vertices = mesh.vertex_count;
   float* n = normals_.data();
   team.run(faces, kBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
@@ -226,11 +226,11 @@ double GraduatedEnergy::operator()(std::span<const float> positions, std::span<f
   parts_.likelihood = sum_blocks(vertices, team, [&](std::size_t begin, std::size_t end) {
     BlockTerms terms;
     for (std::size_t v = begin; v < end; ++v) {
-      const float x = p.x[v] - measured.x[v], y = p.y[v] - measured.y[v], z = p.z[v] - measured.z[v];
-      const float along = x * m.x[v] + y * m.y[v] + z * m.z[v], w = weight * precisions[v];
-      terms[v - begin] = w * (t * (x * x + y * y + z * z) + (1 - t) * along * along);
+      const float dx = p.x[v] - y.x[v], dy = p.y[v] - y.y[v], dz = p.z[v] - y.z[v];
+      const float along = dx * m.x[v] + dy * m.y[v] + dz * m.z[v], w = weight * precisions[v];
+      terms[v - begin] = w * (t * (dx * dx + dy * dy + dz * dz) + (1 - t) * along * along);
       const float k = 2 * w * t, l = 2 * w * (1 - t) * along;
-      float gx = k * x + l * m.x[v], gy = k * y + l * m.y[v], gz = k * z + l * m.z[v];
+      float gx = k * dx + l * m.x[v], gy = k * dy + l * m.y[v], gz = k * dz + l * m.z[v];
       for (const Index corner : mesh.vertex_corners[v]) {
         gx += by_x[corner];
         gy += by_y[corner];

@@ -20,14 +20,15 @@ namespace crease {
 ///          + F Σ_f max(0, τ_f − N_f·r_f)²                  a face that folds over pays for it
 class GraduatedEnergy {
  public:
-  /// The mesh and `measured` (y) must outlive the object.
-  GraduatedEnergy(const FlatMesh& mesh, std::span<const float> measured);
+  /// The mesh and `data` must outlive the object.
+  GraduatedEnergy(const FlatMesh& mesh, std::span<const float> data);
 
-  float exponent = 1;         ///< a, 0 to 2
-  float fading_area = 1e-3F;  ///< h: where a face's normal fades to zero; twice an area in ℓ²
-  float likelihood = 1;       ///< A
-  float across = 1;           ///< t: cost of moving within the surface, relative to along its normal
-  float fold_weight = 3;      ///< F
+  std::span<const float> measured;  ///< y
+  float exponent = 1;               ///< a, 0 to 2
+  float fading_area = 1e-3F;        ///< h: where a face's normal fades to zero; twice an area in ℓ²
+  float likelihood = 1;             ///< A
+  float across = 1;                 ///< t: cost of moving within the surface, relative to along its normal
+  float fold_weight = 3;            ///< F
 
   std::vector<float> edge_weights, edge_scales;  ///< w_e, c_e > 0
   std::vector<float> precisions;                 ///< p_v
@@ -53,7 +54,6 @@ class GraduatedEnergy {
 
  private:
   const FlatMesh& mesh_;
-  std::span<const float> measured_;
   FlatVectors normals_;
   std::vector<float> inverse_lengths_;  ///< 1/√(‖N‖² + h²)
   std::vector<float> stiffness_;        ///< one more than there are edges; the last is 0

@@ -23,7 +23,7 @@
 namespace crease::quality {
 namespace {
 
-constexpr std::size_t kSettingCount = kSettings.size(), kMostFaces = 40'000, kFewestVertices = 100;
+constexpr std::size_t kSettingCount = kSettings.size(), kMostFaces = 20'000, kFewestVertices = 100;
 
 using SettingSample = Sample<SettingModel>;
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "core/choice/noise_spectrum.h"
 #include "core/choice/scan_error.h"
@@ -64,6 +65,52 @@ TEST(GraduatedEnergy, ItsGradientIsThatOfFiniteDifferences) {
       EXPECT_NEAR((above - below) / (2 * kStep), gradient[i], 0.02 * (1 + std::abs(gradient[i]))) << exponent;
     }
   }
+}
+
+/// What is left of a low wave along x, in the middle of a flat grid.
+double share_of_wave(double length, const PotentialFamily& family, float weight) {
+  constexpr int kSide = 60;
+  constexpr double kHeight = 0.01, kFull = 2 * std::numbers::pi;
+  Mesh mesh = test::grid(kSide, kSide);
+  for (Vec3& p : mesh.positions) p.z() = kHeight * std::cos(kFull * (p.x() - kSide / 2.0) / length);
+  const Topology topology = build_topology(mesh);
+  const Surface surface(mesh, topology);
+  const FlatMesh flat(surface);
+  GraduatedOptions options;
+  options.family = family;
+  options.weight = weight;
+  options.steps = 200;
+  options.latent_variance = false;
+  ThreadTeam alone(1);
+  const FlatVectors result = GraduatedDescent(flat, flat.measured, options, {}, {}, alone).run().positions;
+  double product = 0, square = 0;
+  for (std::size_t v = 0; v < flat.vertex_count; ++v) {
+    const Vec3& p = mesh.positions[v];
+    if (std::abs(p.x() - kSide / 2.0) > length / 2 || std::abs(p.y() - kSide / 2.0) > 2) continue;
+    const double before = static_cast<double>(flat.measured[2 * flat.vertex_count + v]);
+    product += before * static_cast<double>(result[2 * flat.vertex_count + v]);
+    square += before * before;
+  }
+  return product / square;
+}
+
+/// One step leaves 1/(1 + c k⁴) of a wave, n steps 1/(1 + c'k⁴)ⁿ: where both leave as much of a short one, n steps
+/// leave more of a long one, by Bernoulli's inequality.
+TEST(GraduatedDescent, ADiffusionKeepsMoreOfLongWavesThanOneStep) {
+  PotentialFamily one_step{.name = "waves", .exponent_end = 2, .exponent_start = 2, .scale = 0.1F},
+      diffusion = one_step;
+  diffusion.diffuses_from = 1;
+  constexpr float kWeight = 0.05F;
+  const double of_short = share_of_wave(5, one_step, kWeight);
+  EXPECT_GT(of_short, 0.02);
+  EXPECT_LT(of_short, 0.6);
+  float low = kWeight, high = 100 * kWeight;
+  for (int halving = 0; halving < 12; ++halving) {
+    const float middle = std::sqrt(low * high);
+    (share_of_wave(5, diffusion, middle) < of_short ? low : high) = middle;
+  }
+  EXPECT_NEAR(share_of_wave(5, diffusion, low), of_short, 0.02);
+  EXPECT_GT(share_of_wave(10, diffusion, low), share_of_wave(10, one_step, kWeight) + 0.03);
 }
 
 TEST(HingeMetric, SolvesWhatItsMatrixMakes) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <utility>
 
@@ -147,7 +148,39 @@ TEST(Uncertainty, GoesOnFromACheckpointWithTheSameBits) {
   EXPECT_EQ(resumed.sweeps.size(), whole.sweeps.size());
 }
 
-/// M column by column, from responses: M⁻¹ P e_v.
+/// `estimated` is the mean square of so many draws of eight; `exact` are diagonals of covariances, which their squares
+/// have for mean.
+void expect_variances(const std::vector<double>& exact,
+                      const std::function<std::vector<Samples>(std::uint32_t)>& draw) {
+  constexpr std::uint32_t kDrawsOfEight = 200;
+  std::vector<double> estimated(exact.size());
+  for (std::uint32_t number = 0; number < kDrawsOfEight; ++number) {
+    const std::vector<Samples> draws = draw(number);
+    for (std::size_t v = 0; v < exact.size(); ++v) {
+      estimated[v] += static_cast<double>(sum(draws[v].lanes * draws[v].lanes)) / (8.0 * kDrawsOfEight);
+    }
+  }
+  for (std::size_t v = 0; v < exact.size(); ++v) {
+    EXPECT_GT(exact[v], 0);
+    EXPECT_LE(exact[v], 1.01);
+    EXPECT_NEAR(estimated[v] / exact[v], 1, 0.2) << v;  // five standard deviations of a chi-squared mean
+  }
+}
+
+/// Of (M⁻¹ P)^times P⁻¹, column by column.
+std::vector<double> variances(LinearField& field, std::size_t count, int times) {
+  std::vector<double> exact(count);
+  for (std::size_t v = 0; v < count; v += Samples::kCount) {
+    std::vector<Samples> columns(count);
+    for (std::size_t k = 0; k < Samples::kCount && v + k < count; ++k) columns[v + k].lanes[k] = 1;
+    for (int time = 0; time < times; ++time) columns = field.response(columns, [] {});
+    for (std::size_t k = 0; k < Samples::kCount && v + k < count; ++k) {
+      exact[v + k] = static_cast<double>(columns[v + k].lanes[k] / field.precisions()[v + k]);
+    }
+  }
+  return exact;
+}
+
 TEST(LinearField, DrawsHaveTheInverseForCovariance) {
   const Mesh mesh = add_noise(test::cube(3), 0.1, 1, NoiseKind::kNormal);
   const Topology topology = build_topology(mesh);
@@ -157,27 +190,12 @@ TEST(LinearField, DrawsHaveTheInverseForCovariance) {
   GraduatedOptions options;
   options.variance = 0.01F;
   LinearField field(flat, flat.measured, options, {}, team);
-  const std::size_t count = flat.vertex_count;
-  std::vector<double> exact(count), estimated(count);
-  for (std::size_t v = 0; v < count; v += Samples::kCount) {
-    std::vector<Samples> units(count);
-    for (std::size_t k = 0; k < Samples::kCount && v + k < count; ++k) units[v + k].lanes[k] = 1;
-    const std::vector<Samples> columns = field.response(units, [] {});
-    for (std::size_t k = 0; k < Samples::kCount && v + k < count; ++k) {
-      exact[v + k] = static_cast<double>(columns[v + k].lanes[k] / field.precisions()[v + k]);
-    }
-  }
-  constexpr std::uint32_t kDrawsOfEight = 200;
-  for (std::uint32_t number = 0; number < kDrawsOfEight; ++number) {
-    const std::vector<Samples> draws = field.draw(1, number, [] {});
-    for (std::size_t v = 0; v < count; ++v) {
-      estimated[v] += static_cast<double>(sum(draws[v].lanes * draws[v].lanes)) / (8.0 * kDrawsOfEight);
-    }
-  }
-  for (std::size_t v = 0; v < count; ++v) {
-    EXPECT_GT(exact[v], 0);
-    EXPECT_LE(exact[v], 1.01);
-    EXPECT_NEAR(estimated[v] / exact[v], 1, 0.2) << v;  // five standard deviations of a chi-squared mean
+  expect_variances(variances(field, flat.vertex_count, 1),
+                   [&](std::uint32_t number) { return field.draw(1, number, [] {}); });
+  for (const int steps : {2, 4}) {
+    SCOPED_TRACE(steps);
+    expect_variances(variances(field, flat.vertex_count, steps),
+                     [&](std::uint32_t number) { return field.draw_diffused(1, number, steps, [] {}); });
   }
 }
 
