@@ -55,6 +55,9 @@ std::vector<Variant> variants() {
   MrfOptions correlated;
   correlated.noise = NoiseOption::kCorrelated;
   all.push_back({"correlated noise", correlated});
+  MrfOptions organic;  // each stage begins with what the one before has made
+  organic.surface = SurfaceOption::kOrganic;
+  all.push_back({"organic", organic});
   return all;
 }
 
