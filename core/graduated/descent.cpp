@@ -241,8 +241,11 @@ void GraduatedDescent::update_precisions(int stage) {
   latent_ = fit_latent_variance(residuals, static_cast<double>(mean_square_floor(options_)));
   for (std::size_t v = 0; v < given_precisions_.size(); ++v) latent_.precision[v] *= given_precisions_[v];
   energy_.precisions = latent_.precision;
-  if (stage < options_.family.diffuses_from) return;
-  // A vertex that hardly moved is measured better than the stage before has smoothed it.
+  if (stage >= options_.family.diffuses_from) restore_unmoved();
+}
+
+/// Vertices that noise left alone, as latent variances have it, begin a step of a diffusion where they were measured.
+void GraduatedDescent::restore_unmoved() {
   const std::size_t count = mesh_.vertex_count;
   for (std::size_t v = 0; v < latent_.relative_variance.size(); ++v) {
     const float share = std::clamp(1 - latent_.relative_variance[v], 0.0F, 1.0F);

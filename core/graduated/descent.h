@@ -69,6 +69,7 @@ class GraduatedDescent {
   void update_references();
   void update_scales(float scale);
   void update_precisions(int stage);
+  void restore_unmoved();
 
   const FlatMesh& mesh_;
   std::span<const float> measured_, given_precisions_, given_latent_;

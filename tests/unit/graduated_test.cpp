@@ -113,6 +113,40 @@ TEST(GraduatedDescent, ADiffusionKeepsMoreOfLongWavesThanOneStep) {
   EXPECT_GT(share_of_wave(10, diffusion, low), share_of_wave(10, one_step, kWeight) + 0.03);
 }
 
+/// It once smoothed them with the others, and could not go back.
+TEST(GraduatedDescent, ADiffusionRestoresVerticesThatNoiseLeftAlone) {
+  constexpr std::size_t kMoved = 4;  // one of so many
+  const Mesh original = test::icosphere(4);
+  Mesh noisy = original;
+  const double unit = mean_edge_length(original.positions, build_topology(original).edges);
+  for (std::size_t v = 0; v < noisy.positions.size(); v += kMoved) {
+    noisy.positions[v] *= 1 + 0.8 * unit * std::sin(12.9898 * static_cast<double>(v));
+  }
+  const Topology topology = build_topology(noisy);
+  const Surface surface(noisy, topology);
+  const FlatMesh flat(surface);
+  GraduatedOptions options;
+  options.family = {.name = "sphere", .exponent_end = 2, .exponent_start = 2, .scale = 0.1F, .diffuses_from = 1};
+  options.variance = 0.08F;
+  options.weight = 1;
+  ThreadTeam alone(1);
+  const auto moved = [&] {
+    const GraduatedResult result = GraduatedDescent(flat, flat.measured, options, {}, {}, alone).run();
+    EXPECT_EQ(result.latent.impulsive, options.latent_variance);
+    double squares = 0;
+    for (std::size_t v = 0; v < flat.vertex_count; ++v) {
+      if (v % kMoved == 0) continue;
+      for (std::size_t i = v; i < 3 * flat.vertex_count; i += flat.vertex_count) {
+        squares += std::pow(static_cast<double>(result.positions[i] - flat.measured[i]), 2);
+      }
+    }
+    return std::sqrt(squares);
+  };
+  const double restored = moved();
+  options.latent_variance = false;
+  EXPECT_LT(restored, 0.5 * moved());
+}
+
 TEST(HingeMetric, SolvesWhatItsMatrixMakes) {
   ThreadTeam alone(1);
   // Without stiffness H is the diagonal; and x·H⁻¹y = y·H⁻¹x always.
