@@ -69,7 +69,7 @@ TEST(GraduatedEnergy, ItsGradientIsThatOfFiniteDifferences) {
 
 /// What is left of a low wave along x, in the middle of a flat grid.
 double share_of_wave(double length, const PotentialFamily& family, float weight) {
-  constexpr int kSide = 60;
+  constexpr int kSide = 40;
   constexpr double kHeight = 0.01, kFull = 2 * std::numbers::pi;
   Mesh mesh = test::grid(kSide, kSide);
   for (Vec3& p : mesh.positions) p.z() = kHeight * std::cos(kFull * (p.x() - kSide / 2.0) / length);
@@ -79,7 +79,7 @@ double share_of_wave(double length, const PotentialFamily& family, float weight)
   GraduatedOptions options;
   options.family = family;
   options.weight = weight;
-  options.steps = 200;
+  options.steps = 100;
   options.latent_variance = false;
   ThreadTeam alone(1);
   const FlatVectors result = GraduatedDescent(flat, flat.measured, options, {}, {}, alone).run().positions;
@@ -105,7 +105,7 @@ TEST(GraduatedDescent, ADiffusionKeepsMoreOfLongWavesThanOneStep) {
   EXPECT_GT(of_short, 0.02);
   EXPECT_LT(of_short, 0.6);
   float low = kWeight, high = 100 * kWeight;
-  for (int halving = 0; halving < 12; ++halving) {
+  for (int halving = 0; halving < 8; ++halving) {
     const float middle = std::sqrt(low * high);
     (share_of_wave(5, diffusion, middle) < of_short ? low : high) = middle;
   }
