@@ -14,8 +14,8 @@ namespace crease {
 /// How many sites of a mesh are worth handing to a thread at once.
 inline constexpr std::size_t kChunk = 4096;
 
-/// How many sites of a mesh a thread needs to be worth the handing over: with two threads, 3,000 faces are the fewest
-/// that the sampler smooths faster than with one.
+/// Fewest sites of a mesh for each thread. With less, handing work over costs what it saves: from 3,000 faces on, two
+/// threads sample faster than one.
 inline constexpr std::size_t kSitesPerThread = 1500;
 
 /// A few threads that run one loop after another with little delay between them: a sweep is a dozen short loops, one

@@ -38,8 +38,8 @@ class LinearField {
   /// between steps and may throw to end the solve.
   std::vector<Samples> draw(std::uint32_t seed, std::uint32_t number, const std::function<void()>& on_step);
 
-  /// Draws of what so many steps of a diffusion leave of the noise: half of them smooth white noise, so that its
-  /// covariance is (M⁻¹ P)^steps P⁻¹, where that of a draw is M⁻¹ = (M⁻¹ P) P⁻¹.
+  /// Draws with covariance (M⁻¹ P)^steps P⁻¹, for a diffusion of so many steps: white noise that half of the steps have
+  /// smoothed. With one step it would be the M⁻¹ of `draw`.
   std::vector<Samples> draw_diffused(std::uint32_t seed, std::uint32_t number, int steps,
                                      const std::function<void()>& on_step);
 

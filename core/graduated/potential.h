@@ -17,8 +17,8 @@ struct PotentialFamily {
   float weight_power = 1;  ///< 1 or 2
   float ridge_cap = 0.1F;  ///< ‖n_i − n_j‖² from which on an edge is a ridge and bends nothing around it
   float ramp = 1;          ///< by how much the likelihood weighs more at the start; keeps ridges until they are sharp
-  /// From this stage on the likelihood is about what the stage before has made in place of what was measured: each
-  /// stage is a step of a diffusion, which keeps more of broad shapes than one step as strong as all together.
+  /// From this stage on, the likelihood pulls towards the result of the stage before instead of the measured positions.
+  /// Each stage is then a step of a diffusion, which keeps broad shapes better than one step of the same strength.
   int diffuses_from = kNever;
 
   static constexpr int kNever = 1000;

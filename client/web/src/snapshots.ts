@@ -2,7 +2,7 @@ import type { Client } from 'creased-client';
 import { readInWorker } from './mesh/reader';
 import type { Surface } from './mesh/surface';
 
-// What is shown of a large mesh must not keep the job from the processor: the pauses are long where a snapshot takes long.
+// Snapshots of large meshes take processor time from the job itself, so a slow one is followed by a long pause.
 const kLeastPauseMs = 1000, kPausesPerSnapshot = 8;
 
 /** Shows what a running job has made so far, again and again, until `signal` or `stop`. */

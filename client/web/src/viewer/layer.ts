@@ -26,9 +26,6 @@ export function sortedRidges(edges: Uint32Array, labels: ArrayLike<number>): Rid
 const kPale = new Color('#eda183');
 const kStrong = new Color('#cf3313');
 
-// While a large mesh turns, so many ridge edges are drawn, the most certain.
-const kMostMovingRidges = 20_000;
-
 // How much nearer to the eye lines are drawn, as a share of their distance.
 const kLineNearer = 0.004;
 
@@ -54,7 +51,6 @@ export class Layer {
   private wires?: LineSegments;
   private lit?: LineSegments2;
   private ridges?: RidgeEdges;
-  private ridgeCount = 0;
   private readonly lineMaterial = new LineMaterial({ linewidth: 2.6, vertexColors: true });
   private readonly litMaterial = new LineMaterial({ linewidth: 6, color: 0xffb020 });
   private readonly wireMaterial = new LineBasicMaterial({ color: 0x000000, transparent: true, opacity: 0.22 });
@@ -108,10 +104,9 @@ export class Layer {
     this.material.setColouring(colouring);
   }
 
-  /** Draws few faces and ridges of a large mesh, and no wires, as long as this is on. */
+  /** Draws few faces of a large mesh, and no wires, as long as this is on. */
   set draft(on: boolean) {
     const coarse = on && this.surface?.coarse !== undefined;
-    if (this.lines) this.lines.geometry.instanceCount = coarse ? Math.min(this.ridgeCount, kMostMovingRidges) : this.ridgeCount;
     this.mesh.visible = !coarse;
     this.coarse.visible = coarse;
     if (this.wires) this.wires.visible = !coarse;
@@ -121,7 +116,6 @@ export class Layer {
     this.drop('lines');
     this.ridges = ridges;
     const count = ridges.labels.length;
-    this.ridgeCount = count;
     if (count === 0) return;
     const colours = new Float32Array(6 * count);
     const colour = new Color();
@@ -145,7 +139,6 @@ export class Layer {
       if (labels[middle]! >= threshold) low = middle + 1;
       else high = middle;
     }
-    this.ridgeCount = low;
     if (this.lines) {
       this.lines.geometry.instanceCount = low;
       this.lines.visible = low > 0 && this.ridgesShown;
