@@ -308,6 +308,7 @@ TEST_F(CommandLine, AnInterruptionCancelsTheSubmittedJob) {
 
 TEST_F(CommandLine, AnInterruptedWatchLeavesTheJobRunning) {
   const auto id = server().submit(obj_text(icosphere(4)), kLong + "&seed=78")["id"].get<std::string>();
+  server().wait_for_state(id, "running");
   EXPECT_EQ(interrupted({"watch", id, "--server", url()}).exit_code, 6);
   EXPECT_EQ(json::parse(remote({"status", id, "--json"}).output)["state"], "running");
   EXPECT_EQ(remote({"delete", id}).exit_code, 0);
