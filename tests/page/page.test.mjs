@@ -230,6 +230,15 @@ test('a large mesh is turned with few of its faces, and drawn whole at rest', as
   await drawn((n) => n === faces);
   await page.mouse.move(x + width / 2, y + height / 2 + 1);
   await page.locator('.hover').getByText(/face \d+, vertex \d+/).waitFor();
+  await page.getByRole('button', { name: 'Divide', exact: true }).click();
+  await drawn((n) => n === 2 * faces);
+  const divider = await page.getByRole('slider', { name: /Divider/ }).boundingBox();
+  await page.mouse.move(divider.x + divider.width / 2, divider.y + divider.height / 2);
+  await page.mouse.down();
+  await page.mouse.move(divider.x - 40, divider.y + divider.height / 2, { steps: 2 });
+  await drawn((n) => n > 0 && n < faces / 4);
+  await page.mouse.up();
+  await drawn((n) => n === 2 * faces);
   assert.deepEqual(page.faults, []);
   await page.context().close();
 });

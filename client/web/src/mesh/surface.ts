@@ -1,3 +1,5 @@
+import type { Coarse } from './coarse';
+
 /** A triangle mesh as the page draws it. */
 export interface Surface {
   /** x, y, z of each vertex, relative to `origin`. */
@@ -5,8 +7,8 @@ export interface Surface {
   normals: Float32Array;
   /** Three vertices of each face. */
   index: Uint32Array;
-  /** Fewer faces of the same vertices, for while the mesh is turned; only of large meshes. */
-  coarse?: Uint32Array;
+  /** What stands for the surface while it is turned, finest first; only of large meshes. */
+  coarse?: Coarse[];
   origin: [number, number, number];
   /** Only in what the service made: per vertex, where a vertex is one of several copies along a ridge. */
   label?: Float32Array;

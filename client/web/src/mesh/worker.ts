@@ -1,4 +1,4 @@
-import { coarseIndex } from './coarse';
+import { coarsened } from './coarse';
 import { readGlb } from './glb';
 import { readMesh } from './read';
 import type { Surface } from './surface';
@@ -11,7 +11,7 @@ self.onmessage = ({ data }: MessageEvent<Order>) => {
   const { id, bytes, name, made } = data;
   try {
     const surface = made ? readGlb(bytes) : readMesh(bytes, name);
-    const coarse = coarseIndex(surface);
+    const coarse = coarsened(surface);
     if (coarse) surface.coarse = coarse;
     const buffers = new Set<ArrayBuffer>();
     for (const array of Object.values(surface)) {

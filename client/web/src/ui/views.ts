@@ -76,7 +76,11 @@ export class Views {
 
   private dragDivider(): void {
     const { divider, stage } = this;
-    divider.addEventListener('pointerdown', (event) => divider.setPointerCapture(event.pointerId));
+    divider.addEventListener('pointerdown', (event) => {
+      divider.setPointerCapture(event.pointerId);
+      stage.held = true;
+    });
+    divider.addEventListener('lostpointercapture', () => (stage.held = false));
     divider.addEventListener('pointermove', (event) => {
       if (!divider.hasPointerCapture(event.pointerId)) return;
       const box = stage.canvas.getBoundingClientRect();

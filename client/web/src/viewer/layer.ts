@@ -2,6 +2,7 @@ import { BufferAttribute, BufferGeometry, Group, LineSegments, LineBasicMaterial
 import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
+import { picked } from '../mesh/coarse';
 import type { Surface } from '../mesh/surface';
 import { SurfaceMaterial, type Colouring } from './material';
 
@@ -26,6 +27,8 @@ export function sortedRidges(edges: Uint32Array, labels: ArrayLike<number>): Rid
 const kPale = new Color('#eda183');
 const kStrong = new Color('#cf3313');
 
+const kRidgesAtCoarsest = 800;
+
 // How much nearer to the eye lines are drawn, as a share of their distance.
 const kLineNearer = 0.004;
 
@@ -46,7 +49,8 @@ export class Layer {
   readonly material = new SurfaceMaterial();
   private geometry = new BufferGeometry();
   private readonly mesh: Mesh;
-  private readonly coarse: Mesh;
+  /** What is drawn in place of `mesh` while it is turned, finest first; each has buffers of its own. */
+  private coarse: Mesh[] = [];
   private lines?: LineSegments2;
   private wires?: LineSegments;
   private lit?: LineSegments2;
@@ -59,11 +63,8 @@ export class Layer {
 
   constructor() {
     this.mesh = new Mesh(this.geometry, this.material);
-    this.coarse = new Mesh(this.geometry, this.material);
-    for (const mesh of [this.mesh, this.coarse]) {
-      mesh.frustumCulled = false;
-      this.group.add(mesh);
-    }
+    this.mesh.frustumCulled = false;
+    this.group.add(this.mesh);
     for (const material of [this.lineMaterial, this.litMaterial, this.wireMaterial]) material.clippingPlanes = [this.clip];
     bringNearer(this.lineMaterial, kLineNearer);
     bringNearer(this.litMaterial, 2 * kLineNearer);
@@ -74,19 +75,19 @@ export class Layer {
   setSurface(surface: Surface, origin: [number, number, number]): void {
     this.surface = surface;
     this.geometry.dispose();
-    this.coarse.geometry.dispose();
-    this.geometry = new BufferGeometry();
-    this.geometry.setAttribute('position', new BufferAttribute(surface.positions, 3));
-    this.geometry.setAttribute('normal', new BufferAttribute(surface.normals, 3));
-    this.geometry.setAttribute('value', new BufferAttribute(new Float32Array(surface.positions.length / 3), 1));
-    this.geometry.setIndex(faces(surface.index));
+    this.geometry = geometryOf(surface);
     this.mesh.geometry = this.geometry;
-    this.coarse.geometry = new BufferGeometry();
-    if (surface.coarse) {
-      this.coarse.geometry.attributes = this.geometry.attributes;
-      this.coarse.geometry.setIndex(faces(surface.coarse));
+    for (const mesh of this.coarse) {
+      mesh.geometry.dispose();
+      this.group.remove(mesh);
     }
-    this.draft = false;
+    this.coarse = (surface.coarse ?? []).map((level) => {
+      const mesh = new Mesh(geometryOf(level), this.material);
+      mesh.frustumCulled = false;
+      this.group.add(mesh);
+      return mesh;
+    });
+    this.detail = 0;
     this.group.position.set(...(surface.origin.map((x, k) => x - origin[k]!) as [number, number, number]));
     this.group.visible = true;
     this.setColouring();
@@ -97,19 +98,23 @@ export class Layer {
 
   setColouring(colouring?: Colouring): void {
     if (colouring) {
-      const value = this.geometry.getAttribute('value') as BufferAttribute;
-      value.array.set(colouring.values);
-      value.needsUpdate = true;
+      setValues(this.geometry, colouring.values);
+      this.surface?.coarse?.forEach(({ vertices }, level) => setValues(this.coarse[level]!.geometry, picked(colouring.values, 1, vertices)));
     }
     this.material.setColouring(colouring);
   }
 
-  /** Draws few faces of a large mesh, and no wires, as long as this is on. */
-  set draft(on: boolean) {
-    const coarse = on && this.surface?.coarse !== undefined;
-    this.mesh.visible = !coarse;
-    this.coarse.visible = coarse;
-    if (this.wires) this.wires.visible = !coarse;
+  /**
+   * How coarsely a large mesh is drawn: 0 is whole; at 1 and 2 few faces stand for it, without wires. At 2 only the most
+   * certain ridges are drawn, too.
+   */
+  set detail(level: number) {
+    const drawn = Math.min(level, this.coarse.length);
+    this.mesh.visible = drawn === 0;
+    this.coarse.forEach((mesh, k) => (mesh.visible = k + 1 === drawn));
+    if (this.wires) this.wires.visible = drawn === 0;
+    this.mostRidges = drawn === 2 ? kRidgesAtCoarsest : Infinity;
+    this.drawRidges();
   }
 
   setRidges(ridges: RidgeEdges): void {
@@ -127,6 +132,8 @@ export class Layer {
     geometry.setPositions(this.segments(ridges.edges));
     geometry.setColors(colours);
     this.lines = this.added(new LineSegments2(geometry, this.lineMaterial));
+    this.ridgesWanted = count;
+    this.drawRidges();
   }
 
   /** Draws the edges with at least this label. Returns how many. */
@@ -139,17 +146,23 @@ export class Layer {
       if (labels[middle]! >= threshold) low = middle + 1;
       else high = middle;
     }
-    if (this.lines) {
-      this.lines.geometry.instanceCount = low;
-      this.lines.visible = low > 0 && this.ridgesShown;
-    }
+    this.ridgesWanted = low;
+    this.drawRidges();
     return low;
   }
 
   private ridgesShown = true;
+  private ridgesWanted = 0;
+  private mostRidges = Infinity;
   showRidges(on: boolean): void {
     this.ridgesShown = on;
-    if (this.lines) this.lines.visible = on && this.lines.geometry.instanceCount > 0;
+    this.drawRidges();
+  }
+
+  private drawRidges(): void {
+    if (!this.lines) return;
+    this.lines.geometry.instanceCount = Math.min(this.ridgesWanted, this.mostRidges);
+    this.lines.visible = this.ridgesShown && this.ridgesWanted > 0;
   }
 
   /** Lights up a chain of vertices; undefined puts it out. */
@@ -229,6 +242,21 @@ export class Layer {
     this.wires.geometry.dispose();
     delete this.wires;
   }
+}
+
+function geometryOf({ positions, normals, index }: Pick<Surface, 'positions' | 'normals' | 'index'>): BufferGeometry {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(positions, 3));
+  geometry.setAttribute('normal', new BufferAttribute(normals, 3));
+  geometry.setAttribute('value', new BufferAttribute(new Float32Array(positions.length / 3), 1));
+  geometry.setIndex(faces(index));
+  return geometry;
+}
+
+function setValues(geometry: BufferGeometry, values: Float32Array): void {
+  const value = geometry.getAttribute('value') as BufferAttribute;
+  value.array.set(values);
+  value.needsUpdate = true;
 }
 
 // Two meshes with the same faces have one buffer of them.

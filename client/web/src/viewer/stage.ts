@@ -7,7 +7,9 @@ import { pick, type Hit } from './pick';
 /** What is on the stage: one mesh, two with a divider between them, or two beside each other. */
 export type Arrangement = 'before' | 'after' | 'divided' | 'beside';
 
-const kRestMs = 180;
+// How long the hand has to rest before the next finer picture is drawn. Without a graphics card the whole of a large mesh
+// takes a second or more, in which nothing moves.
+const kRestMs = 180, kLongRestMs = 900;
 // Noise and spikes change the extent of a mesh by less than this share of it.
 const kSameExtent = 0.25;
 
@@ -17,6 +19,10 @@ export class Stage {
   readonly before = new Layer();
   readonly after = new Layer();
   private made?: WebGLRenderer;
+  /** Whether the processor draws, for want of a graphics card. */
+  private slow = false;
+  /** Set while something other than the camera is dragged that changes the picture. */
+  held = false;
   private readonly scenes = { before: new Scene(), after: new Scene() };
   private arrangementNow: Arrangement = 'after';
   private dividerAt = 0.5;
@@ -39,7 +45,8 @@ export class Stage {
   /** Graphics take the longest to start, so the page is there before they are. */
   private get renderer(): WebGLRenderer {
     if (this.made) return this.made;
-    const renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true, preserveDrawingBuffer: false });
+    this.slow = drawnByProcessor();
+    const renderer = new WebGLRenderer({ canvas: this.canvas, antialias: this.isSmoothed(), alpha: true, preserveDrawingBuffer: false });
     renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
     renderer.autoClear = false;
     renderer.localClippingEnabled = true;
@@ -119,23 +126,44 @@ export class Stage {
 
   /** Draws what changes with every move of a hand: large meshes with few faces, and whole once the hand rests. */
   redrawMoving(): void {
-    this.draft = true;
+    this.detail = this.slow ? 2 : 1;
     this.redraw();
     this.rest();
   }
 
   private rest(): void {
     clearTimeout(this.resting);
+    const wait = this.slow && this.detailNow === 1 ? kLongRestMs : kRestMs;
     this.resting = window.setTimeout(() => {
-      if (this.orbit.dragging) return this.rest();
-      this.draft = false;
+      if (this.orbit.dragging || this.held) return this.rest();
+      --this.detail;
       this.redraw();
-    }, kRestMs);
+      if (this.detail > 0) this.rest();
+    }, wait);
   }
 
-  private set draft(on: boolean) {
-    this.before.draft = on;
-    this.after.draft = on;
+  private detailNow = 0;
+  private get detail(): number {
+    return this.detailNow;
+  }
+  private set detail(level: number) {
+    this.detailNow = level;
+    this.before.detail = level;
+    this.after.detail = level;
+    this.made?.setPixelRatio(Math.min(2, window.devicePixelRatio) * (this.isCoarsest() ? 0.5 : 1));
+  }
+
+  private isCoarsest(): boolean {
+    return this.detailNow === 2 && this.hasLarge();
+  }
+
+  private hasLarge(): boolean {
+    return [this.before, this.after].some((layer) => layer.surface?.coarse);
+  }
+
+  /** Smooth outlines triple what a large mesh costs a processor. */
+  private isSmoothed(): boolean {
+    return !this.slow || !this.hasLarge();
   }
 
   /** The mesh that lies at a point of the canvas, and that part of the canvas, in CSS pixels. */
@@ -172,7 +200,7 @@ export class Stage {
 
   /** A picture of the stage as it is, over a colour. */
   async picture(background: string): Promise<Blob> {
-    this.draft = false;
+    this.detail = 0;
     this.draw();
     const { canvas } = this;
     const copy = document.createElement('canvas');
@@ -224,4 +252,12 @@ export class Stage {
     renderer.setScissorTest(true);
     renderer.render(this.scenes[which], this.orbit.camera);
   }
+}
+
+function drawnByProcessor(): boolean {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  const known = gl?.getExtension('WEBGL_debug_renderer_info');
+  const name = gl && known ? String(gl.getParameter(known.UNMASKED_RENDERER_WEBGL)) : '';
+  gl?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
