@@ -11,6 +11,7 @@
 #include "core/choice/families.h"
 #include "core/choice/features.h"
 #include "core/choice/patches.h"
+#include "core/choice/second_look.h"
 
 namespace crease {
 namespace {
@@ -18,6 +19,7 @@ namespace {
 constexpr std::size_t kMostFaces = 24'000;  ///< beyond, evidence is gathered on patches
 constexpr std::size_t kPatchFaces = 12'000;
 constexpr std::size_t kMostFacesForAngles = 60'000;
+constexpr double kFacesInTime = 13'000;  ///< a mesh of so many is done before anybody waits; smaller ones get more work
 
 class Choice {
  public:
@@ -62,13 +64,14 @@ class Choice {
 
   /// The setting with the smallest expected error, among those for the surface that the user names.
   Setting choose() {
-    SettingErrors errors = kFittedModel.expected(features_of(trial_mesh(), evidence_));
+    const Features features = features_of(trial_mesh(), evidence_, evidence_.reference);
+    SettingErrors errors = kFittedModel.expected(features);
     for (std::size_t i = 0; i < errors.size(); ++i) {
       if (options_.surface && kSettings[i].family.name != *options_.surface) {
         errors[i] = std::numeric_limits<double>::infinity();
       }
     }
-    if (kSettings[best_of(errors)].family.name == family::kOrganic) compare_risks(errors);
+    look_again(features, errors);
     report_choice(errors);
     return kSettings[best_of(errors)];
   }
@@ -77,22 +80,47 @@ class Choice {
     return static_cast<std::size_t>(std::ranges::min_element(errors) - errors.begin());
   }
 
-  /// Organic surfaces are smoothed by nearly linear filters, whose risks are well known: the likely ones are tried, and
-  /// their risks in noise variances count beside the errors, twice, since normals suffer more than positions.
-  void compare_risks(SettingErrors& errors) const {
-    constexpr double kLikely = 0.25, kWeightOfRisk = 2;
-    const double lowest_error = errors[best_of(errors)];
-    SettingErrors risks;
-    risks.fill(std::numeric_limits<double>::infinity());
-    for (std::size_t i = 0; i < errors.size(); ++i) {
-      if (kSettings[i].family.name != family::kOrganic || errors[i] > lowest_error + kLikely) continue;
-      const Candidate candidate = try_setting(kSettings[i], trial_mesh(), evidence_, options_, solve_, on_patches());
-      risks[i] = candidate.risk(evidence_.variance) / evidence_.variance;
+  /// Tries the likely settings, and lets what has become of the mesh decide between them. The best of them is expected
+  /// to be as good as the best was before.
+  void look_again(const Features& features, SettingErrors& errors) const {
+    const std::vector<std::size_t> likely = likely_settings(errors, most_tried(kSettings[best_of(errors)]));
+    if (likely.size() < 2) return;
+    const double lowest = errors[likely.front()];
+    std::vector<double> seen;
+    for (const auto& second : second_features(features, tried(likely, errors))) {
+      seen.push_back(kSecondLook.expected_error(second));
     }
-    const double lowest_risk = risks[best_of(risks)];
-    for (std::size_t i = 0; i < errors.size(); ++i) {
-      if (std::isfinite(risks[i])) errors[i] += kWeightOfRisk * (risks[i] - lowest_risk);
+    const double least = *std::ranges::min_element(seen);
+    for (std::size_t k = 0; k < likely.size(); ++k) errors[likely[k]] = lowest + (seen[k] - least);
+  }
+
+  /// How many settings there is the time to try: with creases, which take many steps, as many as take no longer than
+  /// the mesh itself or than a mesh of `kFacesInTime`.
+  std::size_t most_tried(const Setting& likeliest) const {
+    if (likeliest.family.name == family::kOrganic) return kMostTried;
+    const double faces = std::max(kFacesInTime, static_cast<double>(mesh_.face_count));
+    const auto count = static_cast<std::size_t>(faces / static_cast<double>(trial_mesh().face_count));
+    return std::clamp<std::size_t>(count, 1, kMostTried);
+  }
+
+  std::vector<TriedSetting> tried(std::span<const std::size_t> settings, const SettingErrors& errors) const {
+    std::vector<TriedSetting> tried;
+    std::vector<FlatVectors> normals;
+    for (const std::size_t i : settings) {
+      const GraduatedOptions options = evidence_.sight.options(kSettings[i], evidence_.variance, false);
+      Candidate candidate;
+      candidate.result = solve_({trial_mesh(), trial_mesh().measured, options, evidence_.precisions, {}});
+      score_residuals(candidate, trial_mesh(), evidence_.precisions, false);
+      tried.push_back({i, errors[i], look_of(features_of(trial_mesh(), evidence_, candidate)),
+                       mean_angle_deg(candidate.result.vertex_normals, evidence_.reference.result.vertex_normals)});
+      normals.push_back(std::move(candidate.result.vertex_normals));
     }
+    for (std::size_t k = 0; k < tried.size(); ++k) {
+      for (const FlatVectors& others : normals) {
+        tried[k].from_others += mean_angle_deg(normals[k], others) / static_cast<double>(tried.size());
+      }
+    }
+    return tried;
   }
 
   void report_choice(const SettingErrors& errors) {
@@ -130,10 +158,7 @@ class Choice {
 
   /// How many times the usual steps a mesh has the time for: up to twice, if that takes no longer than the usual ones
   /// on `kFacesInTime` faces.
-  static double more_steps(double faces) {
-    constexpr double kFacesInTime = 13'000;
-    return std::clamp(kFacesInTime / faces, 1.0, 2.0);
-  }
+  static double more_steps(double faces) { return std::clamp(kFacesInTime / faces, 1.0, 2.0); }
 
   GraduatedResult solved(const Setting& setting, bool trial) const {
     GraduatedOptions options = evidence_.sight.options(setting, evidence_.variance, trial);

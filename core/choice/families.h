@@ -147,7 +147,8 @@ struct Setting {
 /// Is solved before anything is known of the surface.
 inline constexpr Setting kReference{kFlatFamily, 0.2};
 
-/// What the automatic setting chooses among. Whoever changes them fits core/choice/expected_error_table.h anew.
+/// What the automatic setting chooses among. Whoever changes them fits the tables of core/choice/expected_error
+/// and second_look anew.
 inline constexpr std::array<Setting, 22> kSettings{{{kCreaseFamily, 0.05},
                                                     {kCreaseFamily, 0.1},
                                                     {kSharpCreaseFamily, 0.025},

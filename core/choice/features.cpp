@@ -22,9 +22,9 @@ double quantile(std::vector<float> values, double share) {
 
 class Description {
  public:
-  Description(const FlatMesh& mesh, const Evidence& evidence)
-      : mesh_(mesh), evidence_(evidence), residuals_(evidence.reference.residuals) {
-    const FlatVectors& positions = evidence.reference.result.positions;
+  Description(const FlatMesh& mesh, const Evidence& evidence, const Candidate& candidate)
+      : mesh_(mesh), evidence_(evidence), candidate_(candidate), residuals_(candidate.residuals) {
+    const FlatVectors& positions = candidate.result.positions;
     for (const float angle : dihedral_angles(mesh, positions)) {
       const float chord = 2 * std::sin(angle / 2);
       bends_.push_back(chord * chord);
@@ -166,7 +166,7 @@ class Description {
 
   /// How far normals turn within two rings, where they turn most.
   void describe_patches() {
-    const FlatVectors& normals = evidence_.reference.result.vertex_normals;
+    const FlatVectors& normals = candidate_.result.vertex_normals;
     const std::size_t count = mesh_.vertex_count;
     std::vector<float> turn(count, 1);
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -210,6 +210,7 @@ class Description {
 
   const FlatMesh& mesh_;
   const Evidence& evidence_;
+  const Candidate& candidate_;
   const std::vector<float>& residuals_;
   std::vector<float> bends_;
   std::vector<double> lengths_;   ///< of edges
@@ -220,6 +221,8 @@ class Description {
 
 }  // namespace
 
-Features features_of(const FlatMesh& mesh, const Evidence& evidence) { return Description(mesh, evidence).features(); }
+Features features_of(const FlatMesh& mesh, const Evidence& evidence, const Candidate& candidate) {
+  return Description(mesh, evidence, candidate).features();
+}
 
 }  // namespace crease

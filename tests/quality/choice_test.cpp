@@ -6,7 +6,9 @@
 #include "core/choice/evidence.h"
 #include "core/choice/expected_error.h"
 #include "core/choice/features.h"
+#include "core/choice/second_look.h"
 #include "core/smooth/smooth.h"
+#include "tests/quality/error_fit.h"
 #include "tests/quality/pairs.h"
 
 namespace crease::quality {
@@ -50,11 +52,94 @@ TEST(ExpectedError, IsFiniteForWhateverFeatures) {
 TEST(ExpectedError, TellsFlatPartsFromRoundOnes) {
   const auto best_for = [](const PairRecipe& of) {
     const Work work(of);
-    const auto errors = kFittedModel.expected(features_of(work.mesh, work.evidence()));
+    const Evidence evidence = work.evidence();
+    const auto errors = kFittedModel.expected(features_of(work.mesh, evidence, evidence.reference));
     return kSettings.at(static_cast<std::size_t>(std::ranges::min_element(errors) - errors.begin())).family.name;
   };
   EXPECT_EQ(best_for(recipe("stepped_block", Noise::kNormal, 0.2)), "creases");
   EXPECT_EQ(best_for(recipe("bullet", Noise::kNormal, 0.2)), "curved_creases");
+}
+
+TEST(SecondLook, IsFiniteForWhateverFeatures) {
+  for (const double feature : {-1e9, 0.0, 1e9}) {
+    SecondLookModel::Features features{};
+    features.fill(feature);
+    EXPECT_TRUE(std::isfinite(kSecondLook.expected_error(features)));
+  }
+}
+
+TEST(SecondLook, IsTakenAtTheLikeliestSettings) {
+  SettingErrors errors;
+  errors.fill(1);
+  errors[3] = 0.2;
+  errors[7] = 0.2 + 0.9 * kLikely;
+  errors[1] = 0.2 + 0.5 * kLikely;
+  errors[5] = 0.2 + 1.1 * kLikely;
+  EXPECT_EQ(likely_settings(errors), (std::vector<std::size_t>{3, 1, 7}));
+  EXPECT_EQ(likely_settings(errors, 2), (std::vector<std::size_t>{3, 1}));
+  errors.fill(0.5);
+  EXPECT_EQ(likely_settings(errors).size(), kMostTried);
+}
+
+TEST(SecondLook, SeesWhatTellsSettingsApart) {
+  const Features first{};
+  TriedSetting one, other;
+  one.look.fill(2);
+  other.look.fill(-1);
+  const std::array settings{one, other}, twins{one, one};
+  const auto apart = second_features(first, settings), alike = second_features(first, twins);
+  for (std::size_t k = 4; k < 4 + kLookFeatures; ++k) {
+    EXPECT_DOUBLE_EQ(apart[0][k], 1.5);
+    EXPECT_DOUBLE_EQ(apart[1][k], -1.5);
+  }
+  EXPECT_EQ(alike[0], alike[1]);
+  EXPECT_DOUBLE_EQ(kSecondLook.expected_error(alike[0]), kSecondLook.expected_error(alike[1]));
+}
+
+TEST(SecondLook, MeasuresAnglesBetweenNormals) {
+  const std::vector<float> along{1, 0, 0, 1, 0, 0}, across{1, 1, 0, 0, 0, 0};  // x of both, y of both, z of both
+  EXPECT_NEAR(mean_angle_deg(along, across), 45, 1e-4);
+  EXPECT_NEAR(mean_angle_deg(along, along), 0, 1e-4);
+}
+
+/// Of settings between which the first look is undecided, the second takes better ones.
+TEST(SecondLook, FindsBetterSettingsThanTheFirst) {
+  double first = 0, second = 0;
+  for (const std::string model :
+       {"channel", "channel_irregular", "stepped_block", "spindle", "bullet", "cut_box", "bracket"}) {
+    for (const double level : {0.1, 0.2, 0.3}) {
+      const Work work(recipe(model, Noise::kNormal, level));
+      const Evidence evidence = work.evidence();
+      const Features features = features_of(work.mesh, evidence, evidence.reference);
+      const SettingErrors expected = kFittedModel.expected(features);
+      std::vector<TriedSetting> tried;
+      std::vector<FlatVectors> normals;
+      std::vector<double> errors;
+      for (const std::size_t i : likely_settings(expected)) {
+        Candidate candidate;
+        candidate.result = solved({work.mesh,
+                                   work.mesh.measured,
+                                   evidence.sight.options(kSettings.at(i), evidence.variance, false),
+                                   evidence.precisions,
+                                   {}});
+        score_residuals(candidate, work.mesh, evidence.precisions, false);
+        tried.push_back({i, expected.at(i), look_of(features_of(work.mesh, evidence, candidate)),
+                         mean_angle_deg(candidate.result.vertex_normals, evidence.reference.result.vertex_normals)});
+        normals.push_back(candidate.result.vertex_normals);
+        errors.push_back(std::log(normal_error_deg(work.pair.original, candidate.result.positions)));
+      }
+      for (std::size_t k = 0; k < tried.size(); ++k) {
+        for (const FlatVectors& other : normals) {
+          tried[k].from_others += mean_angle_deg(normals[k], other) / static_cast<double>(tried.size());
+        }
+      }
+      std::vector<double> seen;
+      for (const auto& row : second_features(features, tried)) seen.push_back(kSecondLook.expected_error(row));
+      first += errors.front();
+      second += errors.at(static_cast<std::size_t>(std::ranges::min_element(seen) - seen.begin()));
+    }
+  }
+  EXPECT_LT(second, first);
 }
 
 TEST(Evidence, KnowsTheLevelOfTheNoise) {

@@ -97,7 +97,30 @@ std::vector<const AnySample*> pointers_to(const std::vector<AnySample>& samples)
   return pointers;
 }
 
-/// Kernel ridge regression of the logarithms of the errors over the smallest of their pair.
+/// Kernel ridge regression: sets the landmarks of a model that is standardised, so that it expects `errors`, a row per
+/// sample, beyond what it has without them.
+template <typename Model, typename AnySample>
+void set_landmarks(Fit<Model>& fit, const std::vector<const AnySample*>& samples, const Eigen::MatrixXd& errors,
+                   double penalty) {
+  const auto count = static_cast<Eigen::Index>(samples.size());
+  Eigen::MatrixXd alike(count, count);
+  for (Eigen::Index s = 0; s < count; ++s) {
+    fit.landmarks.push_back({fit.model.standardised(samples[static_cast<std::size_t>(s)]->features), {}});
+    for (Eigen::Index other = 0; other <= s; ++other) {
+      alike(s, other) =
+          Model::likeness(fit.landmarks.back().features, fit.landmarks[static_cast<std::size_t>(other)].features);
+    }
+  }
+  alike.diagonal().array() += penalty;
+  const Eigen::MatrixXd influence = alike.template selfadjointView<Eigen::Lower>().llt().solve(errors);
+  for (Eigen::Index s = 0; s < count; ++s) {
+    auto& row = fit.landmarks[static_cast<std::size_t>(s)].influence;
+    for (std::size_t i = 0; i < row.size(); ++i) row[i] = influence(s, static_cast<Eigen::Index>(i));
+  }
+  fit.model.landmarks = fit.landmarks;
+}
+
+/// Regression of the logarithms of the errors over the smallest of their pair.
 template <typename Model, typename AnySample>
 Fit<Model> fitted(const std::vector<const AnySample*>& samples) {
   constexpr double kPenalty = 0.1;
@@ -105,38 +128,23 @@ Fit<Model> fitted(const std::vector<const AnySample*>& samples) {
   Fit<Model> fit;
   standardise(samples, &AnySample::features, fit.model);
   const std::size_t methods = fit.model.mean_errors.size();
-  Eigen::MatrixXd errors(count, static_cast<Eigen::Index>(methods)), alike(count, count);
-  for (Eigen::Index s = 0; s < count; ++s) {
-    const AnySample& sample = *samples[static_cast<std::size_t>(s)];
-    fit.landmarks.push_back({fit.model.standardised(sample.features), {}});
-    for (std::size_t i = 0; i < methods; ++i) {
-      const double error = std::min(Model::kWorst, loss(sample, i));
-      errors(s, static_cast<Eigen::Index>(i)) = error;
-      fit.model.mean_errors[i] += error / static_cast<double>(count);
-    }
-    for (Eigen::Index other = 0; other <= s; ++other) {
-      alike(s, other) =
-          Model::likeness(fit.landmarks.back().features, fit.landmarks[static_cast<std::size_t>(other)].features);
-    }
-  }
+  Eigen::MatrixXd errors(count, static_cast<Eigen::Index>(methods));
   for (std::size_t i = 0; i < methods; ++i) {
-    errors.col(static_cast<Eigen::Index>(i)).array() -= fit.model.mean_errors[i];
-  }
-  alike.diagonal().array() += kPenalty;
-  const Eigen::MatrixXd influence = alike.template selfadjointView<Eigen::Lower>().llt().solve(errors);
-  for (Eigen::Index s = 0; s < count; ++s) {
-    for (std::size_t i = 0; i < methods; ++i) {
-      fit.landmarks[static_cast<std::size_t>(s)].influence[i] = influence(s, static_cast<Eigen::Index>(i));
+    auto column = errors.col(static_cast<Eigen::Index>(i));
+    for (Eigen::Index s = 0; s < count; ++s) {
+      column(s) = std::min(Model::kWorst, loss(*samples[static_cast<std::size_t>(s)], i));
     }
+    fit.model.mean_errors[i] = column.mean();
+    column.array() -= fit.model.mean_errors[i];
   }
-  fit.model.landmarks = fit.landmarks;
+  set_landmarks(fit, samples, errors, kPenalty);
   return fit;
 }
 
-/// Calls `use` with each sample and a model that was fitted without the sample's family: a tenth of the families is
-/// left out at a time.
-template <typename Model, typename AnySample, typename Use>
-void visit_left_out(const std::vector<AnySample>& samples, Use use) {
+/// Calls `use` with each sample and a model that `fit_to` has fitted without the sample's family: a tenth of the
+/// families is left out at a time.
+template <typename AnySample, typename FitTo, typename Use>
+void visit_left_out(const std::vector<AnySample>& samples, FitTo fit_to, Use use) {
   constexpr std::size_t kFolds = 10;
   std::map<std::string, std::size_t> folds;
   for (const AnySample& sample : samples) folds.emplace(sample.family, folds.size() % kFolds);
@@ -145,7 +153,7 @@ void visit_left_out(const std::vector<AnySample>& samples, Use use) {
     for (const AnySample& sample : samples) {
       if (folds.at(sample.family) != fold) others.push_back(&sample);
     }
-    const Fit<Model> fit = fitted<Model>(others);
+    const auto fit = fit_to(others);
     for (const AnySample& sample : samples) {
       if (folds.at(sample.family) == fold) use(sample, fit.model);
     }

@@ -1,4 +1,4 @@
-// Fits core/choice/expected_error_table.h: fit_choice --help
+// Fits the tables of core/choice: fit_choice --help
 
 #include <fmt/format.h>
 
@@ -12,20 +12,17 @@
 #include <span>
 
 #include "core/choice/evidence.h"
-#include "core/choice/expected_error.h"
-#include "core/choice/features.h"
 #include "core/io/decode.h"
 #include "tests/quality/error_fit.h"
 #include "tests/quality/fit_scans.h"
+#include "tests/quality/fit_second_look.h"
 #include "tests/quality/pairs.h"
 #include "tests/support/meshes.h"
 
 namespace crease::quality {
 namespace {
 
-constexpr std::size_t kSettingCount = kSettings.size(), kMostFaces = 20'000, kFewestVertices = 100;
-
-using SettingSample = Sample<SettingModel>;
+constexpr std::size_t kMostFaces = 20'000, kFewestVertices = 100;
 
 SettingSample measured(const Pair& pair, const std::string& family) {
   const Topology topology = build_topology(pair.noisy);
@@ -38,11 +35,23 @@ SettingSample measured(const Pair& pair, const std::string& family) {
   };
   const FirstSight sight = look_at(surface, std::nullopt, std::nullopt);
   const Evidence evidence = gather_evidence(mesh, sight, {}, {}, solve, false);
-  SettingSample sample{pair.name, family, features_of(mesh, evidence), {}};
-  for (std::size_t i = 0; i < kSettingCount; ++i) {
+  SettingSample sample;
+  sample.pair = pair.name;
+  sample.family = family;
+  sample.features = features_of(mesh, evidence, evidence.reference);
+  std::vector<FlatVectors> normals{evidence.reference.result.vertex_normals};
+  for (std::size_t i = 0; i < kSettings.size(); ++i) {
     const GraduatedOptions options = evidence.sight.options(kSettings[i], evidence.variance, false);
-    const GraduatedResult result = solve({mesh, mesh.measured, options, evidence.precisions, {}});
-    sample.errors[i] = normal_error_deg(pair.original, result.positions);
+    Candidate candidate;
+    candidate.result = solve({mesh, mesh.measured, options, evidence.precisions, {}});
+    score_residuals(candidate, mesh, evidence.precisions, false);
+    sample.errors[i] = normal_error_deg(pair.original, candidate.result.positions);
+    sample.looks[i] = look_of(features_of(mesh, evidence, candidate));
+    normals.push_back(std::move(candidate.result.vertex_normals));
+  }
+  auto angle = sample.angles.begin();
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    for (std::size_t j = i + 1; j < normals.size(); ++j) *angle++ = mean_angle_deg(normals[i], normals[j]);
   }
   return sample;
 }
@@ -50,8 +59,10 @@ SettingSample measured(const Pair& pair, const std::string& family) {
 void print_measured(const Pair& pair, const std::string& family) {
   if (pair.original.triangles.size() > kMostFaces || pair.original.positions.size() < kFewestVertices) return;
   const SettingSample sample = measured(pair, family);
-  fmt::print("{} {} {} {}\n", sample.pair, sample.family, fmt::join(sample.features, " "),
+  fmt::print("{} {} {:.6g} {:.5g}", sample.pair, sample.family, fmt::join(sample.features, " "),
              fmt::join(sample.errors, " "));
+  for (const Look& look : sample.looks) fmt::print(" {:.5g}", fmt::join(look, " "));
+  fmt::print(" {:.4g}\n", fmt::join(sample.angles, " "));
   std::fflush(stdout);
 }
 
@@ -93,12 +104,13 @@ std::size_t pick(const SettingSample& sample, const SettingModel& model) {
 void report_cost(const std::vector<SettingSample>& samples, const SettingModel& model) {
   constexpr double kDear = 0.2;
   const auto count = static_cast<double>(samples.size());
-  double fitted = 0, left_out = 0;
-  for (const SettingSample& sample : samples) fitted += loss(sample, pick(sample, model)) / count;
+  double in_sample = 0, left_out = 0;
+  for (const SettingSample& sample : samples) in_sample += loss(sample, pick(sample, model)) / count;
   std::map<std::string, std::vector<double>> losses_left_out;
-  visit_left_out<SettingModel>(samples, [&](const SettingSample& sample, const SettingModel& without) {
-    losses_left_out[sample.family].push_back(loss(sample, pick(sample, without)));
-  });
+  visit_left_out(samples, fitted<SettingModel, SettingSample>,
+                 [&](const SettingSample& sample, const SettingModel& without) {
+                   losses_left_out[sample.family].push_back(loss(sample, pick(sample, without)));
+                 });
   for (const auto& [family, losses] : losses_left_out) {
     const double sum = std::accumulate(losses.begin(), losses.end(), 0.0);
     left_out += sum / count;
@@ -106,8 +118,8 @@ void report_cost(const std::vector<SettingSample>& samples, const SettingModel& 
     if (mean > kDear) fmt::print(stderr, "  family {}: {:.3f}\n", family, std::exp(mean));
   }
   fmt::print(stderr, "{} pairs. Over the best setting in hindsight: {:.3f}, families left out {:.3f}\n", samples.size(),
-             std::exp(fitted), std::exp(left_out));
-  for (std::size_t i = 0; i < kSettingCount; ++i) {
+             std::exp(in_sample), std::exp(left_out));
+  for (std::size_t i = 0; i < kSettings.size(); ++i) {
     double always = 0;
     for (const SettingSample& sample : samples) always += loss(sample, i) / count;
     const auto best = std::ranges::count_if(samples, [&](const SettingSample& sample) { return loss(sample, i) == 0; });
@@ -153,6 +165,8 @@ int main(int count, char** arguments) try {
       ->check(CLI::ExistingDirectory);
   CLI::App* table =
       add_table("table", "Prints core/choice/expected_error_table.h, and the cost of the choice to stderr");
+  CLI::App* second_table =
+      add_table("second-table", "Prints core/choice/second_look_table.h, and the cost of the choice to stderr");
   CLI::App* scans = add_measure("measure-scans", "Prints features and errors of weights for scans, a pair per line");
   scans->add_option("--models", of.models, "Measure the models of this folder, too")->check(CLI::ExistingDirectory);
   CLI::App* scan_table =
@@ -160,6 +174,7 @@ int main(int count, char** arguments) try {
   CLI11_PARSE(app, count, arguments);
   if (measure->parsed()) (of.models.empty() ? measure_pairs : measure_models)(of);
   if (table->parsed()) write_table(files);
+  if (second_table->parsed()) write_second_table(files);
   if (scans->parsed()) measure_scans(of);
   if (scan_table->parsed()) write_scan_table(files);
 } catch (const std::exception& error) {

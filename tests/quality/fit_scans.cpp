@@ -197,7 +197,7 @@ void report_cost(const std::vector<ScanSample>& samples, const OddsModel& odds) 
     double count = 0, over_hindsight = 0, over_independent = 0, scans = 0, tried = 0;
   };
   std::map<std::string, Sums> sums;
-  visit_left_out<ScanModel>(samples, [&](const ScanSample& sample, const ScanModel& model) {
+  visit_left_out(samples, fitted<ScanModel, ScanSample>, [&](const ScanSample& sample, const ScanModel& model) {
     const bool tried = odds.log_odds(sample.numbers) > 0;
     const std::size_t chosen = tried ? pick(sample, model) : kIndependent;
     Sums& sum = sums[sample.noise];
