@@ -97,7 +97,9 @@ class Choice {
   /// How many settings there is the time to try: with creases, which take many steps, as many as take no longer than
   /// the mesh itself or than a mesh of `kFacesInTime`.
   std::size_t most_tried(const Setting& likeliest) const {
+    constexpr std::size_t kFewestFaces = 1000;
     if (likeliest.family.name == family::kOrganic) return kMostTried;
+    if (mesh_.face_count < kFewestFaces) return 1;
     const double faces = std::max(kFacesInTime, static_cast<double>(mesh_.face_count));
     const auto count = static_cast<std::size_t>(faces / static_cast<double>(trial_mesh().face_count));
     return std::clamp<std::size_t>(count, 1, kMostTried);
