@@ -43,7 +43,8 @@ std::vector<AnySample> read_samples(const std::vector<std::string>& files) {
     for (std::string line; std::getline(file, line);) {
       std::istringstream words(line);
       samples.emplace_back().read(words);
-      if (!words) throw std::runtime_error(name + ": a row is not of these features and errors: " + line);
+      if (!words)
+        throw std::runtime_error(fmt::format("{}: a row is not of these features and errors: {}", name, line));
     }
   }
   return samples;
