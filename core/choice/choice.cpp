@@ -87,7 +87,8 @@ class Choice {
     if (likely.size() < 2) return;
     const double lowest = errors[likely.front()];
     std::vector<double> seen;
-    for (const auto& second : second_features(features, tried(likely, errors))) {
+    const auto tried = try_settings(likely, errors, trial_mesh(), evidence_, solve_);
+    for (const auto& second : second_features(features, tried)) {
       seen.push_back(kSecondLook.expected_error(second));
     }
     const double least = *std::ranges::min_element(seen);
@@ -103,26 +104,6 @@ class Choice {
     const double faces = std::max(kFacesInTime, static_cast<double>(mesh_.face_count));
     const auto count = static_cast<std::size_t>(faces / static_cast<double>(trial_mesh().face_count));
     return std::clamp<std::size_t>(count, 1, kMostTried);
-  }
-
-  std::vector<TriedSetting> tried(std::span<const std::size_t> settings, const SettingErrors& errors) const {
-    std::vector<TriedSetting> tried;
-    std::vector<FlatVectors> normals;
-    for (const std::size_t i : settings) {
-      const GraduatedOptions options = evidence_.sight.options(kSettings[i], evidence_.variance, false);
-      Candidate candidate;
-      candidate.result = solve_({trial_mesh(), trial_mesh().measured, options, evidence_.precisions, {}});
-      score_residuals(candidate, trial_mesh(), evidence_.precisions, false);
-      tried.push_back({i, errors[i], look_of(features_of(trial_mesh(), evidence_, candidate)),
-                       mean_angle_deg(candidate.result.vertex_normals, evidence_.reference.result.vertex_normals)});
-      normals.push_back(std::move(candidate.result.vertex_normals));
-    }
-    for (std::size_t k = 0; k < tried.size(); ++k) {
-      for (const FlatVectors& others : normals) {
-        tried[k].from_others += mean_angle_deg(normals[k], others) / static_cast<double>(tried.size());
-      }
-    }
-    return tried;
   }
 
   void report_choice(const SettingErrors& errors) {

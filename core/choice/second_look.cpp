@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "core/choice/second_look_table.h"
 
@@ -51,6 +52,27 @@ std::vector<std::size_t> likely_settings(const SettingErrors& errors, std::size_
   std::erase_if(order, [&](std::size_t i) { return errors[i] > worst; });
   order.resize(std::min(order.size(), most));
   return order;
+}
+
+std::vector<TriedSetting> try_settings(std::span<const std::size_t> settings, const SettingErrors& expected,
+                                       const FlatMesh& mesh, const Evidence& evidence, const Solve& solve) {
+  std::vector<TriedSetting> tried;
+  std::vector<FlatVectors> normals;
+  for (const std::size_t i : settings) {
+    const GraduatedOptions options = evidence.sight.options(kSettings.at(i), evidence.variance, false);
+    Candidate candidate;
+    candidate.result = solve({mesh, mesh.measured, options, evidence.precisions, {}});
+    score_residuals(candidate, mesh, evidence.precisions, false);
+    tried.push_back({i, expected.at(i), look_of(features_of(mesh, evidence, candidate)),
+                     mean_angle_deg(candidate.result.vertex_normals, evidence.reference.result.vertex_normals)});
+    normals.push_back(std::move(candidate.result.vertex_normals));
+  }
+  for (std::size_t k = 0; k < tried.size(); ++k) {
+    for (const FlatVectors& others : normals) {
+      tried[k].from_others += mean_angle_deg(normals[k], others) / static_cast<double>(tried.size());
+    }
+  }
+  return tried;
 }
 
 double SecondLookModel::along_slopes(const Description& description) const {

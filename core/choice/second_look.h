@@ -34,6 +34,10 @@ inline constexpr double kLikely = 0.1;
 /// The settings with the smallest expected errors, best first; at most `most`, which is at least 1.
 std::vector<std::size_t> likely_settings(const SettingErrors& errors, std::size_t most = kMostTried);
 
+/// Solves some of kSettings on the whole schedule, with what is known of the noise.
+std::vector<TriedSetting> try_settings(std::span<const std::size_t> settings, const SettingErrors& expected,
+                                       const FlatMesh& mesh, const Evidence& evidence, const Solve& solve);
+
 /// Of the logarithm of the error of a setting over the geometric mean of those that were tried beside it: a line, and
 /// what a kernel adds to it.
 struct SecondLookModel : ErrorModel<4 + kLookFeatures + kFeatures + 2, 1> {

@@ -112,27 +112,13 @@ TEST(SecondLook, FindsBetterSettingsThanTheFirst) {
       const Evidence evidence = work.evidence();
       const Features features = features_of(work.mesh, evidence, evidence.reference);
       const SettingErrors expected = kFittedModel.expected(features);
-      std::vector<TriedSetting> tried;
-      std::vector<FlatVectors> normals;
       std::vector<double> errors;
-      for (const std::size_t i : likely_settings(expected)) {
-        Candidate candidate;
-        candidate.result = solved({work.mesh,
-                                   work.mesh.measured,
-                                   evidence.sight.options(kSettings.at(i), evidence.variance, false),
-                                   evidence.precisions,
-                                   {}});
-        score_residuals(candidate, work.mesh, evidence.precisions, false);
-        tried.push_back({i, expected.at(i), look_of(features_of(work.mesh, evidence, candidate)),
-                         mean_angle_deg(candidate.result.vertex_normals, evidence.reference.result.vertex_normals)});
-        normals.push_back(candidate.result.vertex_normals);
-        errors.push_back(std::log(normal_error_deg(work.pair.original, candidate.result.positions)));
-      }
-      for (std::size_t k = 0; k < tried.size(); ++k) {
-        for (const FlatVectors& other : normals) {
-          tried[k].from_others += mean_angle_deg(normals[k], other) / static_cast<double>(tried.size());
-        }
-      }
+      const Solve measured = [&](const SolveRequest& request) {
+        GraduatedResult result = solved(request);
+        errors.push_back(std::log(normal_error_deg(work.pair.original, result.positions)));
+        return result;
+      };
+      const auto tried = try_settings(likely_settings(expected), expected, work.mesh, evidence, measured);
       std::vector<double> seen;
       for (const auto& row : second_features(features, tried)) seen.push_back(kSecondLook.expected_error(row));
       first += errors.front();

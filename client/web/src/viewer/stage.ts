@@ -47,7 +47,7 @@ export class Stage {
     if (this.made) return this.made;
     this.slow = drawnByProcessor();
     const renderer = new WebGLRenderer({ canvas: this.canvas, antialias: this.isSmoothed(), alpha: true, preserveDrawingBuffer: false });
-    renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
+    renderer.setPixelRatio(this.pixelRatio());
     renderer.autoClear = false;
     renderer.localClippingEnabled = true;
     renderer.setClearColor(new Color(0), 0);
@@ -136,7 +136,7 @@ export class Stage {
     const wait = this.slow && this.detailNow === 1 ? kLongRestMs : kRestMs;
     this.resting = window.setTimeout(() => {
       if (this.orbit.dragging || this.held) return this.rest();
-      --this.detail;
+      this.detail = Math.max(0, this.detail - 1); // a picture may have been taken in between
       this.redraw();
       if (this.detail > 0) this.rest();
     }, wait);
@@ -150,11 +150,13 @@ export class Stage {
     this.detailNow = level;
     this.before.detail = level;
     this.after.detail = level;
-    this.made?.setPixelRatio(Math.min(2, window.devicePixelRatio) * (this.isCoarsest() ? 0.5 : 1));
+    // Only where it changes: it takes new buffers.
+    if (this.made && this.made.getPixelRatio() !== this.pixelRatio()) this.made.setPixelRatio(this.pixelRatio());
   }
 
-  private isCoarsest(): boolean {
-    return this.detailNow === 2 && this.hasLarge();
+  private pixelRatio(): number {
+    const coarsest = this.detailNow === 2 && this.hasLarge();
+    return Math.min(2, window.devicePixelRatio) * (coarsest ? 0.5 : 1);
   }
 
   private hasLarge(): boolean {
