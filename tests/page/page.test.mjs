@@ -227,6 +227,10 @@ test('a large mesh is turned with few of its faces, and drawn whole at rest', as
   await page.mouse.move(x + width / 2 + 20, y + height / 2, { steps: 2 });
   await drawn((n) => n > 0 && n < faces / 4);
   await page.mouse.up();
+  // A picture before the mesh is drawn whole once hid it for good.
+  const saved = page.waitForEvent('download');
+  await page.getByRole('button', { name: 'Save a picture' }).click();
+  await saved;
   await drawn((n) => n === faces);
   await page.mouse.move(x + width / 2, y + height / 2 + 1);
   await page.locator('.hover').getByText(/face \d+, vertex \d+/).waitFor();
