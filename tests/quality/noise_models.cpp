@@ -1,5 +1,7 @@
 #include "tests/quality/noise_models.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <stdexcept>
 #include <vector>
@@ -92,10 +94,11 @@ Mesh add_noise_of_kind(const Mesh& mesh, Noise kind, double level, std::uint64_t
       return add_growing_noise(mesh, level, seed);
     case Noise::kCorrelated:
       return add_correlated_noise(mesh, level, seed);
+    case Noise::kDepth:
     case Noise::kMeasured:
       break;
   }
-  throw std::invalid_argument("measured noise cannot be made");
+  throw std::invalid_argument(fmt::format("{} noise is not added to a mesh", word_of(kind)));
 }
 
 }  // namespace crease::quality
