@@ -46,9 +46,7 @@ std::string sentence(const v1::Choice& choice) {
   std::string text = noise_text(choice);
   if (choice.spikes() > 0)
     text += fmt::format(", {} {} flattened", choice.spikes(), choice.spikes() == 1 ? "spike" : "spikes");
-  text += fmt::format("; {}", choice.surface());
-  if (choice.correlation_length() == 0)
-    text += fmt::format(" {}", choice.margin() > kClearMargin ? "by far" : "by a narrow margin");
+  text += fmt::format("; {} {}", choice.surface(), choice.margin() > kClearMargin ? "by far" : "by a narrow margin");
   std::ranges::replace(text, '_', ' ');
   return text;
 }

@@ -30,9 +30,7 @@ struct SolveRequest {
   std::span<const float> measured;
   GraduatedOptions options;
   std::span<const float> precisions, latent;
-  bool final = false;                 ///< one of those that the result is made of
-  std::span<const float> start = {};  ///< positions to begin from with stage number `first_stage`; empty: the measured
-  int first_stage = 0;
+  bool final = false;  ///< one of those that the result is made of
 };
 using Solve = std::function<GraduatedResult(const SolveRequest&)>;
 

@@ -45,6 +45,14 @@ struct ErrorModel {
     return std::exp(-squares / kUnit);
   }
 
+  /// How much alike the most similar training pair is, from 0 to 1.
+  double familiarity(const Features& features) const {
+    const Description description = standardised(features);
+    double most = 0;
+    for (const Landmark& landmark : landmarks) most = std::max(most, likeness(description, landmark.features));
+    return most;
+  }
+
   /// Per method.
   Errors expected(const Features& features) const {
     const Description description = standardised(features);

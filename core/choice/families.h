@@ -91,6 +91,8 @@ inline constexpr PotentialFamily kOrganicFamily{
     .name = family::kOrganic, .exponent_end = 2, .exponent_start = 2, .local_gain = 1, .ridge_cap = 1};
 /// Flat faces that meet at any angle.
 inline constexpr PotentialFamily kFlatFamily{.name = family::kFlats};
+/// The same, with a scale far below any facet.
+inline constexpr PotentialFamily kFineFlatFamily{.name = family::kFlats, .scale = 0.003F};
 /// Curved all over, without detail.
 inline constexpr PotentialFamily kSmoothFamily{.name = family::kOrganic,
                                                .exponent_end = 2,
@@ -138,6 +140,24 @@ inline constexpr PotentialFamily kDetailedFamily{.name = family::kOrganic,
                                                  .ramp = 4,
                                                  .diffuses_from = 1};
 
+/// For scans: curved all over, with soft creases.
+inline constexpr PotentialFamily kSoftCreaseFamily{.name = family::kOrganic,
+                                                   .exponent_end = 0,
+                                                   .exponent_start = 1.5F,
+                                                   .scale = 0.068F,
+                                                   .local_gain = 4.7F,
+                                                   .weight_power = 2,
+                                                   .ridge_cap = 0.285F,
+                                                   .ramp = 4};
+/// For scans: flat faces that meet in ridges, with a scale far below any facet.
+inline constexpr PotentialFamily kFineCreaseFamily{.name = family::kCreases,
+                                                   .exponent_end = -0.34F,
+                                                   .scale = 0.0053F,
+                                                   .local_gain = 1,
+                                                   .weight_power = 2,
+                                                   .ridge_cap = 0.0276F,
+                                                   .ramp = 4};
+
 /// A potential and the weight of the likelihood that goes with it, in units of one over the noise variance.
 struct Setting {
   PotentialFamily family;
@@ -171,5 +191,21 @@ inline constexpr std::array<Setting, 22> kSettings{{{kCreaseFamily, 0.05},
                                                     {kOrganicFamily, 0.12},
                                                     {kOrganicFamily, 0.19},
                                                     {kOrganicFamily, 0.3}}};
+
+/// For scans, whose noise is correlated: what is chosen among. The weights are in 1/ℓ², as hardly anything but the size
+/// of the surface's detail tells how much of the noise's waves can be told from it. Whoever changes these or the next
+/// fits the table of core/choice/scan_error anew.
+inline constexpr std::array<Setting, 28> kScanSettings{
+    {{kFineFlatFamily, 2},         {kFineFlatFamily, 0.5},     {kFineFlatFamily, 0.12},     {kFlatFamily, 0.77},
+     {kMildCreaseFamily, 0.31},    {kMildCreaseFamily, 0.049}, {kFineCreaseFamily, 1},      {kFineCreaseFamily, 0.31},
+     {kFineCreaseFamily, 0.1},     {kCurvedCreaseFamily, 1.9}, {kCurvedCreaseFamily, 0.31}, {kCurvedCreaseFamily, 0.12},
+     {kCurvedCreaseFamily, 0.049}, {kRoundCreaseFamily, 1.9},  {kRoundCreaseFamily, 0.31},  {kRoundCreaseFamily, 0.12},
+     {kRoundCreaseFamily, 0.049},  {kWideCreaseFamily, 1.9},   {kWideCreaseFamily, 0.77},   {kSoftCreaseFamily, 4},
+     {kSoftCreaseFamily, 1.3},     {kSoftCreaseFamily, 0.44},  {kSoftCreaseFamily, 0.15},   {kFoldedFamily, 0.31},
+     {kSmoothFamily, 4.8},         {kSmoothFamily, 0.77},      {kOrganicFamily, 12},        {kOrganicFamily, 1.9}}};
+
+/// Those that are solved first; what they make of a scan tells which is best.
+inline constexpr std::array<Setting, 3> kTellingScanSettings{
+    {{kFlatFamily, 1.9}, {kFlatFamily, 0.049}, {kRoundCreaseFamily, 0.12}}};
 
 }  // namespace crease

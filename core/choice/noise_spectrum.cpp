@@ -15,12 +15,19 @@ namespace crease {
 namespace {
 
 constexpr std::array<int, NoiseSpectrum{}.bands.size()> kBands = {1, 2, 4, 8, 16, 32, 64};
-constexpr std::size_t kFirstLook = 3;  ///< bands that already tell white noise
-constexpr std::size_t kLeastVertices = 1500;
+/// How much the density must grow from the first band to the second, and on to the third. That of white noise does not
+/// grow, and with a shape beside it more slowly than that of correlated noise.
+constexpr std::array<double, 2> kLeastGrowth = {1.3, 1.6}, kLeastGrowthOfOneView = {1.1, 1.1};
+constexpr std::size_t kLeastVertices = 1000;
 constexpr double kLeastDensity = 1e-9;
 /// More exact flats than this are those of a surface without noise. Scanners that round leave some, too, but then there
-/// is noise around them, with a density of kLeastNoise and more.
-constexpr double kFewFlats = 0.02, kManyFlats = 0.15, kLeastNoise = 1e-3;
+/// is noise around them, with a density of kLeastNoise and more. In one view any number of them may be rounded, but
+/// hardly half of it.
+bool is_without_noise(const CaptureSigns& capture, const Density& finest) {
+  constexpr double kFewFlats = 0.02, kManyFlats = 0.15, kLeastNoise = 1e-3, kNone = 1e-6;
+  if (capture.is_one_view()) return capture.exact_flats > kFewFlats && finest.half < kNone;
+  return capture.exact_flats > (finest.low < kLeastNoise ? kFewFlats : kManyFlats);
+}
 
 /// A standard normal number for each vertex.
 std::vector<double> white_noise(std::size_t vertices, std::uint32_t seed, std::uint32_t number) {
@@ -143,20 +150,6 @@ class Spectrometer {
   std::vector<std::uint8_t> inner_;
 };
 
-/// The share of the edges whose faces are in one plane to the last bit, as they are where there is no noise.
-double share_of_exact_flats(const Surface& surface) {
-  constexpr double kFlat = 1e-4;  // radians
-  std::size_t flat = 0, inner = 0;
-  for (std::size_t e = 0; e < surface.topology.edges.size(); ++e) {
-    if (!surface.topology.is_interior(e)) continue;
-    const auto [first, second] = surface.topology.edge_faces[e];
-    const Vec3 a = surface.area_vector(first), b = surface.area_vector(second);
-    ++inner;
-    if (a.cross(b).norm() < kFlat * a.dot(b)) ++flat;
-  }
-  return static_cast<double>(flat) / static_cast<double>(std::max<std::size_t>(1, inner));
-}
-
 constexpr std::size_t kParts = NoiseSpectrum::kSteps.size();
 using Parts = Eigen::Array<double, kParts, 1>;
 
@@ -172,7 +165,8 @@ std::vector<Parts> smoothed_noise(const LazyWalk& walk, std::size_t vertices) {
 }
 
 /// Non-negative least squares of the relative misfit, one variance after the other.
-NoiseSpectrum fitted(const LazyWalk& walk, std::size_t vertices, const std::array<double, kBands.size()>& density) {
+std::array<double, kParts> fitted(const LazyWalk& walk, std::size_t vertices,
+                                  const std::array<double, kBands.size()>& density) {
   const auto energies = [](const std::vector<Parts>& fields) {
     Parts sum = Parts::Zero();
     for (const Parts& field : fields) sum += field.square();
@@ -183,7 +177,7 @@ NoiseSpectrum fitted(const LazyWalk& walk, std::size_t vertices, const std::arra
   WalkSeries<Parts> series(walk, std::move(noise));
   std::array<Parts, kBands.size()> response;
   for (std::size_t band = 0; band < kBands.size(); ++band) response[band] = energies(series.band(kBands[band])) / whole;
-  NoiseSpectrum spectrum;
+  std::array<double, kParts> variances{};
   constexpr int kMostPasses = 3000;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     for (std::size_t part = 0; part < kParts; ++part) {
@@ -193,14 +187,14 @@ NoiseSpectrum fitted(const LazyWalk& walk, std::size_t vertices, const std::arra
           return response[band][static_cast<Eigen::Index>(k)] / response[band][0] / density[band];
         };
         double error = -1;
-        for (std::size_t k = 0; k < kParts; ++k) error += spectrum.variances[k] * relative(k);
+        for (std::size_t k = 0; k < kParts; ++k) error += variances[k] * relative(k);
         squares += relative(part) * relative(part);
         misfit += relative(part) * error;
       }
-      if (squares > 0) spectrum.variances[part] = std::max(0.0, spectrum.variances[part] - misfit / squares);
+      if (squares > 0) variances[part] = std::max(0.0, variances[part] - misfit / squares);
     }
   }
-  return spectrum;
+  return variances;
 }
 
 }  // namespace
@@ -235,26 +229,27 @@ std::vector<double> NoiseSpectrum::sample(const LazyWalk& walk, std::size_t vert
 }
 
 std::optional<NoiseSpectrum> find_correlated_noise(const Surface& surface, bool force, ThreadTeam& team) {
-  constexpr double kLeastGrowth = 1.3, kLargestGrowth = 2.7;
+  constexpr double kLargestGrowth = 2.7;
   if (!force && surface.measured.size() < kLeastVertices) return std::nullopt;
-  const double flats = force ? 0 : share_of_exact_flats(surface);
   Spectrometer spectrometer(surface, team);
-  std::array<Density, kBands.size()> bands;
+  NoiseSpectrum found;
+  found.capture = capture_signs(surface);
+  std::array<Density, kBands.size()>& bands = found.bands;
+  const auto& least_growth = found.capture.is_one_view() ? kLeastGrowthOfOneView : kLeastGrowth;
   for (std::size_t k = 0; k < kBands.size(); ++k) {
     bands[k] = spectrometer.density(kBands[k]);
     if (force) continue;
-    if (k == 0 && flats > (bands[0].low < kLeastNoise ? kFewFlats : kManyFlats)) return std::nullopt;
-    if (k + 1 == kFirstLook && bands[2].low < kLeastGrowth * bands[1].low) return std::nullopt;
-    if (k + 1 == kTellingBands && !may_be_correlated(std::span(bands).first<kTellingBands>())) return std::nullopt;
+    if (k == 0 && is_without_noise(found.capture, bands[0])) return std::nullopt;
+    if (k > 0 && k <= least_growth.size() && bands[k].low < least_growth[k - 1] * bands[k - 1].low) return std::nullopt;
+    if (k + 1 == kTellingBands && !may_be_correlated(found)) return std::nullopt;
   }
   std::array<double, kBands.size()> density{};
   for (std::size_t k = 0; k < density.size(); ++k) {
     density[k] = std::max(kLeastDensity, std::sqrt(bands[k].quarter * bands[k].half));
     if (k > 0) density[k] = std::min(density[k], kLargestGrowth * density[k - 1]);
   }
-  NoiseSpectrum spectrum = fitted(spectrometer.walk(), surface.measured.size(), density);
-  spectrum.bands = bands;
-  return spectrum;
+  found.variances = fitted(spectrometer.walk(), surface.measured.size(), density);
+  return found;
 }
 
 }  // namespace crease

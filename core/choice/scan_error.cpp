@@ -18,6 +18,15 @@ double log_of_degrees(double angle) {
   return std::log(std::max(kLeastDegrees, angle / kDegree));
 }
 
+double log_of(double value) {
+  constexpr double kLeast = 1e-9;
+  return std::log(std::max(kLeast, value));
+}
+
+std::array<double, 3> numbers_of_capture(const CaptureSigns& signs) {
+  return {signs.exact_flats, signs.facing, signs.regular};
+}
+
 /// Logarithms of the quantiles at kShares.
 std::array<double, kShares.size()> quantiles(std::span<const float> angles) {
   std::vector<float> sorted(angles.begin(), angles.end());
@@ -40,17 +49,14 @@ double mean(std::span<const float> angles) {
 
 }  // namespace
 
-std::array<double, kShapeNumbers> shape_of(std::span<const Density, kTellingBands> bands) {
-  std::array<double, kShapeNumbers> shape{};
-  for (std::size_t k = 0; k + 1 < kTellingBands; ++k) shape[k] = std::log(bands[k + 1].low / bands[k].low);
-  for (std::size_t k = 0; k < kTellingBands; ++k) shape[kTellingBands - 1 + k] = std::log(bands[k].high / bands[k].low);
-  return shape;
-}
-
-std::array<double, OddsModel::kNumbers> OddsModel::numbers_of(std::span<const Density, kTellingBands> bands) {
+std::array<double, OddsModel::kNumbers> OddsModel::numbers_of(const NoiseSpectrum& spectrum) {
+  const auto& bands = spectrum.bands;
   std::array<double, kNumbers> numbers{};
-  std::ranges::copy(shape_of(bands), numbers.begin());
-  numbers.back() = std::log(bands[0].low);
+  auto next = numbers.begin();
+  for (std::size_t k = 0; k + 1 < kTellingBands; ++k) *next++ = std::log(bands[k + 1].low / bands[k].low);
+  for (std::size_t k = 0; k < kTellingBands; ++k) *next++ = std::log(bands[k].high / bands[k].low);
+  *next++ = std::log(bands[0].low);
+  for (const double sign : numbers_of_capture(spectrum.capture)) *next++ = sign;
   return numbers;
 }
 
@@ -72,18 +78,39 @@ double OddsModel::log_odds(const std::array<double, kNumbers>& numbers) const {
   return sum;
 }
 
-bool may_be_correlated(std::span<const Density, kTellingBands> bands) {
-  return kFittedOdds.log_odds(OddsModel::numbers_of(bands)) > 0;
+bool may_be_correlated(const NoiseSpectrum& spectrum) {
+  return kFittedOdds.log_odds(OddsModel::numbers_of(spectrum)) > 0;
 }
 
-ScanFeatures scan_features(std::span<const float> angles_measured, std::span<const float> angles_smooth,
-                           std::span<const double, kTellingWeights> risks, const NoiseSpectrum& spectrum) {
+std::size_t best_of_scan(const ScanErrors& errors) {
+  const std::span settings(errors.begin(), kScanSettings.size());
+  return static_cast<std::size_t>(std::ranges::min_element(settings) - settings.begin());
+}
+
+bool counts_as_scan(const ScanErrors& errors, double familiarity, const CaptureSigns& capture) {
+  constexpr double kLeastGain = 0.3, kLeastGainOfOneView = 0.05, kUnfamiliar = 0.5;
+  const double least = (capture.is_one_view() ? kLeastGainOfOneView : kLeastGain) + kUnfamiliar * (1 - familiarity);
+  return errors.back() - errors[best_of_scan(errors)] > least;
+}
+
+ScanFeatures scan_features(std::span<const float> angles_measured, std::span<const ScanLook> looks,
+                           const NoiseSpectrum& spectrum) {
   ScanFeatures features{};
-  auto next = std::ranges::copy(quantiles(angles_smooth), features.begin()).out;
-  *next++ = mean(angles_measured);
-  next = std::ranges::copy(quantiles(angles_measured), next).out;
-  for (std::size_t k = 1; k < kTellingWeights; ++k) *next++ = std::log(risks[k] / risks[0]);
-  std::ranges::copy(shape_of(std::span(spectrum.bands).first<kTellingBands>()), next);
+  auto next = std::ranges::copy(numbers_of_capture(spectrum.capture), features.begin()).out;
+  *next++ = log_of(spectrum.sigma());
+  *next++ = spectrum.length();
+  for (const Density& band : spectrum.bands) {
+    for (const double density : {band.low, band.half, band.high}) *next++ = log_of(density);
+  }
+  const auto add_angles = [&](std::span<const float> angles) {
+    next = std::ranges::copy(quantiles(angles), next).out;
+    *next++ = mean(angles);
+  };
+  add_angles(angles_measured);
+  for (const ScanLook& look : looks) {
+    add_angles(look.angles);
+    *next++ = log_of(std::sqrt(look.residual));
+  }
   return features;
 }
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <utility>
 
 namespace crease {
 namespace {
@@ -38,11 +38,12 @@ std::vector<std::uint64_t> morton_codes(const std::vector<Vec3>& positions) {
 /// Where each item goes when they are put in the order of their keys; equal keys keep their order.
 template <typename Key>
 std::vector<Index> places_by(const std::vector<Key>& keys) {
-  std::vector<Index> order(keys.size());
-  std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return keys[a] < keys[b]; });
+  std::vector<std::pair<Key, Index>> order;
+  order.reserve(keys.size());
+  for (Index item = 0; item < keys.size(); ++item) order.emplace_back(keys[item], item);
+  std::sort(order.begin(), order.end());
   std::vector<Index> places(keys.size());
-  for (Index place = 0; place < order.size(); ++place) places[order[place]] = place;
+  for (Index place = 0; place < order.size(); ++place) places[order[place].second] = place;
   return places;
 }
 

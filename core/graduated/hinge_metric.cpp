@@ -98,32 +98,6 @@ void HingeMetric::factorize(std::span<const float> positions, std::span<const fl
   factors_.factorize(matrix_, team_);
 }
 
-FourFields HingeMetric::solve(const FourFields& fields) const {
-  constexpr int kRefinements = 2;
-  const auto count = static_cast<Eigen::Index>(mesh_.vertex_count);
-  using Sides = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
-  Sides right(count, 4), result = Sides::Zero(count, 4);
-  for (Eigen::Index v = 0; v < count; ++v) right.row(v) = fields[static_cast<std::size_t>(v)].matrix().transpose();
-  std::vector<HalfLanes> lanes(fields.size());
-  for (int round = 0; round <= kRefinements; ++round) {
-    Sides rest = right;
-    if (round > 0) rest -= matrix_.selfadjointView<Eigen::Lower>() * result;
-    for (std::size_t v = 0; v < lanes.size(); ++v) {
-      const Eigen::RowVector4f side = rest.row(static_cast<Eigen::Index>(v)).cast<float>();
-      lanes[v] = HalfLanes{side[0], side[1], side[2], side[3]};
-    }
-    factors_.solve(lanes, team_);
-    for (std::size_t v = 0; v < lanes.size(); ++v) {
-      for (Eigen::Index k = 0; k < 4; ++k) {
-        result(static_cast<Eigen::Index>(v), k) += static_cast<double>(lanes[v][static_cast<std::size_t>(k)]);
-      }
-    }
-  }
-  FourFields solved(fields.size());
-  for (Eigen::Index v = 0; v < count; ++v) solved[static_cast<std::size_t>(v)] = result.row(v).transpose().array();
-  return solved;
-}
-
 void HingeMetric::solve(std::span<float> vectors) const {
   const std::size_t count = mesh_.vertex_count;
   std::vector<HalfLanes> lanes(count);

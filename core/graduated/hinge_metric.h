@@ -9,9 +9,6 @@
 
 namespace crease {
 
-/// Four numbers for each vertex.
-using FourFields = std::vector<Eigen::Array4d>;
-
 /// The quadratic form that touches the energy at some positions, one for x, y and z alike:
 ///
 ///     H = Σ_e stiffness_e · s_e s_eᵀ + diag
@@ -27,9 +24,7 @@ class HingeMetric {
   void factorize(std::span<const float> positions, std::span<const float> stiffness, std::span<const double> diagonal,
                  float fading_area);
 
-  /// H⁻¹ times four fields: four numbers for each vertex, of double precision.
-  FourFields solve(const FourFields& fields) const;
-  /// The same for flat vectors, in place, of single precision.
+  /// H⁻¹ times flat vectors, in place.
   void solve(std::span<float> vectors) const;
 
  private:

@@ -11,34 +11,46 @@ namespace crease {
 namespace {
 
 struct HalfEdge {
-  std::uint64_t key = 0;    ///< smaller vertex in the high half
+  Index low = 0, high = 0;  ///< its ends
   std::uint32_t place = 0;  ///< 3 * face + corner
 };
 
-Edge key_edge(std::uint64_t key) { return {static_cast<Index>(key >> 32), static_cast<Index>(key & 0xffffffffU)}; }
-
-std::vector<HalfEdge> sorted_half_edges(const Mesh& mesh) {
-  std::vector<HalfEdge> half_edges;
-  half_edges.reserve(3 * mesh.triangles.size());
+template <typename Visit>
+void visit_half_edges(const Mesh& mesh, Visit visit) {
   for (std::size_t face = 0; face < mesh.triangles.size(); ++face) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const auto [low, high] = std::minmax(mesh.triangles[face][corner], mesh.triangles[face][(corner + 1) % 3]);
-      if (low != high) {
-        half_edges.push_back({(std::uint64_t{low} << 32) | high, static_cast<std::uint32_t>(3 * face + corner)});
-      }
+      if (low != high) visit(HalfEdge{low, high, static_cast<std::uint32_t>(3 * face + corner)});
     }
   }
-  std::sort(half_edges.begin(), half_edges.end(),
-            [](const HalfEdge& a, const HalfEdge& b) { return a.key != b.key ? a.key < b.key : a.place < b.place; });
+}
+
+/// By their ends, the smaller one first, and then by their place.
+std::vector<HalfEdge> sorted_half_edges(const Mesh& mesh) {
+  std::vector<std::size_t> next(mesh.positions.size() + 1, 0);  // per smaller end: where its half-edges go
+  visit_half_edges(mesh, [&](const HalfEdge& h) { ++next[h.low + 1]; });
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<HalfEdge> half_edges(next.back());
+  visit_half_edges(mesh, [&](const HalfEdge& h) { half_edges[next[h.low]++] = h; });
+  std::size_t begin = 0;
+  for (std::size_t v = 0; v + 1 < next.size(); ++v) {
+    std::sort(half_edges.begin() + static_cast<std::ptrdiff_t>(begin),
+              half_edges.begin() + static_cast<std::ptrdiff_t>(next[v]), [](const HalfEdge& a, const HalfEdge& b) {
+                return a.high != b.high ? a.high < b.high : a.place < b.place;
+              });
+    begin = next[v];
+  }
   return half_edges;
 }
+
+bool is_same_edge(const HalfEdge& a, const HalfEdge& b) { return a.low == b.low && a.high == b.high; }
 
 /// Numbers the edges in the order of their first half-edge and ties faces and edges together.
 void connect_edges(const Mesh& mesh, Topology& topology) {
   const std::vector<HalfEdge> half_edges = sorted_half_edges(mesh);
   std::vector<std::uint32_t> number(3 * mesh.triangles.size(), 0);
   for (std::size_t i = 0; i < half_edges.size(); ++i) {
-    if (i == 0 || half_edges[i].key != half_edges[i - 1].key) number[half_edges[i].place] = 1;
+    if (i == 0 || !is_same_edge(half_edges[i], half_edges[i - 1])) number[half_edges[i].place] = 1;
   }
   std::uint32_t edge_count = 0;
   for (std::uint32_t& n : number) n = n != 0 ? edge_count++ : kNone;
@@ -50,9 +62,9 @@ void connect_edges(const Mesh& mesh, Topology& topology) {
   topology.face_edges.assign(mesh.triangles.size(), {kNone, kNone, kNone});
   Index edge = kNone;
   for (std::size_t i = 0; i < half_edges.size(); ++i) {
-    const auto [key, place] = half_edges[i];
-    if (i == 0 || key != half_edges[i - 1].key) edge = number[place];
-    topology.edges[edge] = key_edge(key);
+    const auto [low, high, place] = half_edges[i];
+    if (i == 0 || !is_same_edge(half_edges[i], half_edges[i - 1])) edge = number[place];
+    topology.edges[edge] = {low, high};
     const std::uint32_t seen = topology.edge_face_count[edge]++;
     if (seen < 2) topology.edge_faces[edge][seen] = place / 3;
     topology.face_edges[place / 3][place % 3] = edge;

@@ -19,9 +19,10 @@
 namespace crease {
 namespace {
 
-/// Stages of a usual run, which progress is measured in; runs may take fewer or more. Those of scans solve five to ten
-/// weights; five where the noise turns out to be independent.
-constexpr std::uint32_t kUsualStages = 16, kUsualStagesOfScan = 20, kStagesOfTrial = 14;
+/// Stages of a usual run, which progress is measured in; runs may take fewer or more. Where noise may be correlated,
+/// the telling settings for scans come first.
+constexpr std::uint32_t kUsualStages = 16, kStagesOfSolve = 6;
+constexpr std::uint32_t kStagesOfTrial = kStagesOfSolve * kTellingScanSettings.size();
 /// That labels of snapshots are for, in ℓ.
 constexpr double kUsualNoise = 0.2;
 
@@ -114,8 +115,8 @@ class AutomaticRun {
       std::optional<NoiseSpectrum> spectrum = correlated_noise(surface, options);
       std::optional<ChoiceResult> found;
       if (spectrum) {
-        usual_stages_ = options.correlated ? kUsualStagesOfScan : kUsualStages + kStagesOfTrial;
-        found = remove_correlated_noise(surface, mesh, *spectrum, options, solve, report, team_);
+        usual_stages_ = kStagesOfTrial + (options.correlated ? kStagesOfSolve : kUsualStages);
+        found = remove_correlated_noise(surface, mesh, precisions_, *spectrum, options, solve, report, team_);
         if (!found) spectrum.reset();
       }
       if (!found) found = choose_and_solve(surface, mesh, precisions_, options, solve, report);
@@ -196,9 +197,6 @@ class AutomaticRun {
     if (known_solves_ > 0) return take_known(request.mesh.vertex_count);
     GraduatedDescent descent(request.mesh, request.measured, request.options, request.precisions, request.latent,
                              team_);
-    if (!request.start.empty()) {
-      descent.resume(request.first_stage, FlatVectors(request.start.begin(), request.start.end()));
-    }
     if (resume_stage_ > 0) {
       if (resume_stage_ >= request.options.stages) throw CheckpointError("the checkpoint is of a run with more stages");
       FlatVectors positions(3 * request.mesh.vertex_count);

@@ -6,14 +6,16 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <iterator>
 #include <random>
 #include <set>
 
 #include "core/choice/choice.h"
 #include "core/choice/scan_error.h"
-#include "core/choice/scan_path.h"
+#include "core/choice/scan_trial.h"
 #include "core/io/decode.h"
+#include "tests/quality/depth_camera.h"
 #include "tests/quality/error_fit.h"
 #include "tests/quality/pairs.h"
 #include "tests/support/meshes.h"
@@ -23,10 +25,46 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kFewestOfScan = 1500, kMostOfScan = 13'000, kIndependent = kScanWeights.size();
+constexpr std::size_t kFewestOfScan = 1000, kMostFacesOfPair = 13'000, kIndependent = kScanSettings.size();
+
+struct TrainingModel {
+  std::string name, family;
+  std::size_t rounds = 0;                     ///< how often it is measured
+  std::function<std::optional<Mesh>()> load;  ///< none if it is not on this machine
+};
+
+/// Those of the training and development pairs, and those of a folder. The latter are many, and nearly all parts.
+std::vector<TrainingModel> training_models(const fs::path& folder) {
+  constexpr std::size_t kRoundsOfObjects = 4, kRoundsOfParts = 2;
+  std::vector<TrainingModel> models;
+  std::vector<PairRecipe> recipes = recipes_of(PairSet::kTraining);
+  std::ranges::copy(recipes_of(PairSet::kDevelopment), std::back_inserter(recipes));
+  std::set<std::string> seen;
+  for (PairRecipe recipe : recipes) {
+    if (recipe.noise == Noise::kMeasured || !seen.insert(recipe.model).second) continue;
+    recipe.noise = Noise::kNormal;
+    recipe.level = 0;
+    models.push_back({recipe.model, recipe.family, kRoundsOfObjects, [recipe]() -> std::optional<Mesh> {
+                        auto pair = build_pair(recipe, {});
+                        if (!pair) return std::nullopt;
+                        return std::move(pair->original);
+                      }});
+  }
+  if (folder.empty()) return models;
+  std::vector<fs::path> paths;
+  for (const auto& entry : fs::directory_iterator(folder)) paths.push_back(entry.path());
+  std::ranges::sort(paths);
+  for (const fs::path& path : paths) {
+    const std::string name = path.stem().string();
+    models.push_back({name, name.substr(0, name.rfind('_')), kRoundsOfParts, [path]() -> std::optional<Mesh> {
+                        return decode_mesh(test::read_file(path), format_from_filename(path.string())).mesh;
+                      }});
+  }
+  return models;
+}
 
 struct ScanSample : Sample<ScanModel> {
-  std::string noise;  ///< "correlated", "depth", or that of tests/quality/noise_models.h; "none"
+  std::string noise;  ///< a word of tests/quality/noise_models.h, "none", "view", "view-white", or "view-none"
   std::array<double, OddsModel::kNumbers> numbers{};
 
   void read(std::istream& words) {
@@ -36,43 +74,8 @@ struct ScanSample : Sample<ScanModel> {
   }
 };
 
-/// Adds noise of a spectrum along one direction for each vertex.
-Mesh with_noise(const Mesh& original, const Surface& surface, const NoiseSpectrum& spectrum,
-                const std::vector<Vec3>& directions, std::mt19937_64& random) {
-  ThreadTeam alone(1);
-  const std::vector<double> noise =
-      spectrum.sample(LazyWalk(surface, alone), original.positions.size(), static_cast<std::uint32_t>(random()));
-  Mesh noisy = original;
-  for (std::size_t v = 0; v < noise.size(); ++v) {
-    noisy.positions[v] += surface.unit * noise[v] * direction(directions[v]);
-  }
-  return noisy;
-}
-
-/// That of depth cameras: along an axis, of 0.2 to 1 edge lengths, and half of the time rounded to steps.
-Mesh with_depth_noise(const Mesh& original, std::mt19937_64& random) {
-  std::uniform_real_distribution<double> unit(0, 1);
-  const Topology topology = build_topology(original);
-  const Surface surface(original, topology);
-  const double level = 0.2 * std::pow(5.0, unit(random)), white = 0.4 * unit(random);
-  const auto center = static_cast<std::size_t>(1 + static_cast<int>(4.999 * unit(random)));
-  NoiseSpectrum spectrum;
-  spectrum.variances[0] = white * level * level;
-  for (std::size_t k = center; k < center + 3; ++k) spectrum.variances[k] = (1 - white) / 3 * level * level;
-  const Vec3 axis = Vec3(unit(random) - 0.5, unit(random) - 0.5, 0.5).normalized();
-  Mesh noisy = with_noise(original, surface, spectrum, std::vector<Vec3>(original.positions.size(), axis), random);
-  const double step = surface.unit * level * (0.5 + 2 * unit(random));
-  if (unit(random) < 0.5) return noisy;
-  for (Vec3& position : noisy.positions) {
-    const double depth = position.dot(axis);
-    position += (step * std::round(depth / step) - depth) * axis;
-  }
-  return noisy;
-}
-
-/// Noise of one wavelength or of several, of 0.06 to 0.72 edge lengths, along the normals or, as that of depth cameras,
-/// along an axis.
-Mesh with_scanner_noise(const Mesh& original, std::mt19937_64& random) {
+/// Noise of one wavelength or of several along the normals, of 0.06 to 0.72 edge lengths.
+Mesh with_waves(const Mesh& original, std::mt19937_64& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   const Topology topology = build_topology(original);
   const Surface surface(original, topology);
@@ -92,72 +95,87 @@ Mesh with_scanner_noise(const Mesh& original, std::mt19937_64& random) {
   NoiseSpectrum spectrum;
   for (std::size_t k = 0; k < shares.size(); ++k) spectrum.variances[k] = level * level * (1 - white) * shares[k] / sum;
   spectrum.variances[0] += level * level * white;
-  std::vector<Vec3> directions = unit_vertex_normals(original, topology);
-  if (unit(random) < 0.2) std::ranges::fill(directions, Vec3(unit(random), unit(random), 1));
-  return with_noise(original, surface, spectrum, directions, random);
+  ThreadTeam alone(1);
+  const std::vector<double> noise =
+      spectrum.sample(LazyWalk(surface, alone), original.positions.size(), static_cast<std::uint32_t>(random()));
+  const std::vector<Vec3> normals = unit_vertex_normals(original, topology);
+  Mesh noisy = original;
+  for (std::size_t v = 0; v < noise.size(); ++v) noisy.positions[v] += surface.unit * noise[v] * normals[v];
+  return noisy;
 }
 
-Mesh stretched(const Mesh& original, std::mt19937_64& random) {
-  std::uniform_real_distribution<double> factor(0.6, 1.6);
-  const Vec3 factors(factor(random), factor(random), factor(random));
-  Mesh mesh = original;
-  for (Vec3& position : mesh.positions) position = position.cwiseProduct(factors);
-  return mesh;
-}
-
-void print_measured(const std::string& name, const std::string& family, std::string_view kind, const Mesh& original,
-                    const Mesh& noisy) {
+void print_measured(const TrainingModel& model, std::string_view kind, const Mesh& original, const Mesh& noisy) {
+  if (noisy.positions.size() < kFewestOfScan || noisy.triangles.size() > kMostFacesOfPair) return;
   ThreadTeam team(1);
   const Topology topology = build_topology(noisy);
   const Surface surface(noisy, topology);
   const FlatMesh mesh(surface);
   const Solve solve = [&](const SolveRequest& request) {
-    GraduatedDescent descent(request.mesh, request.measured, request.options, request.precisions, request.latent, team);
-    if (!request.start.empty()) descent.resume(request.first_stage, {request.start.begin(), request.start.end()});
-    return descent.run();
+    return GraduatedDescent(request.mesh, request.measured, request.options, request.precisions, request.latent, team)
+        .run();
   };
   const NoiseSpectrum spectrum = *find_correlated_noise(surface, true, team);
-  ScanPath path(surface, mesh, spectrum, 1, solve, team);
-  ScanTrial trial = try_scan(path, mesh, spectrum);
-  for (std::size_t k = kTellingWeights; k < kScanWeights.size(); ++k) {
-    trial.positions.push_back(path.solved(kScanWeights[k], trial.positions.back()).positions);
-  }
+  const ScanSolver solver(mesh, {}, spectrum, solve, team);
   std::vector<double> errors;
-  for (const FlatVectors& positions : trial.positions) errors.push_back(normal_error_deg(original, positions));
+  for (const Setting& setting : kScanSettings) {
+    errors.push_back(normal_error_deg(original, solver.solved(setting, true).positions));
+  }
   ChoiceReport report;
   errors.push_back(normal_error_deg(original, choose_and_solve(surface, mesh, {}, {}, solve, report).positions));
-  fmt::print("{} {} {} {} {} {}\n", kind,
-             fmt::join(OddsModel::numbers_of(std::span(spectrum.bands).first<kTellingBands>()), " "), name, family,
-             fmt::join(trial.features, " "), fmt::join(errors, " "));
+  fmt::print("{} {:.5g} {} {} {:.5g} {:.4f}\n", kind, fmt::join(OddsModel::numbers_of(spectrum), " "), model.name,
+             model.family, fmt::join(try_scan(solver, mesh, spectrum), " "), fmt::join(errors, " "));
   std::fflush(stdout);
 }
 
-void measure_model(const std::string& name, const std::string& family, const Mesh& original, std::size_t number) {
-  constexpr std::size_t kWithout = 3, kIndependentPairs = 4, kCorrelatedPairs = 7, kDepthPairs = 3;
-  if (original.positions.size() < kFewestOfScan || original.positions.size() > kMostOfScan) return;
-  std::mt19937_64 random(77 * number + 1);
-  for (std::size_t k = 0; k < kWithout; ++k) {
-    const Mesh mesh = k > 0 ? stretched(original, random) : original;
-    print_measured(name, family, "none", mesh, mesh);
+/// What a depth camera sees of the model; a quarter of the time without noise, or with noise that is not correlated.
+void measure_view(const TrainingModel& model, const Mesh& original, std::mt19937_64& random) {
+  constexpr double kWithout = 0.12, kWhite = 0.24;
+  const DepthCamera camera = random_camera(random);
+  DepthNoise noise = random_depth_noise(random);
+  const double share = std::uniform_real_distribution<double>(0, 1)(random);
+  std::string_view kind = "view";
+  if (share < kWithout) {
+    noise = {};
+    kind = "view-none";
+  } else if (share < kWhite) {
+    noise.fine_width = noise.broad_share = noise.step = 0;
+    kind = "view-white";
   }
-  const std::span noises = training_noises();
-  for (std::size_t k = 0; k < kIndependentPairs; ++k) {
-    const auto& [noise, level] = noises[(7 * number + 5 * k) % noises.size()];
-    print_measured(name, family, word_of(noise), original, add_noise_of_kind(original, noise, level, random()));
-  }
-  for (std::size_t k = 0; k < kCorrelatedPairs; ++k) {
-    print_measured(name, family, "correlated", original, with_scanner_noise(original, random));
-  }
-  for (std::size_t k = 0; k < kDepthPairs; ++k) {
-    print_measured(name, family, "depth", original, with_depth_noise(original, random));
+  if (const auto view = take_depth_view(original, camera, noise, random())) {
+    print_measured(model, kind, view->original, view->noisy);
   }
 }
 
-/// The weight with the smallest expected error, or the setting for independent noise.
+bool is_measured_whole(const Mesh& original) {
+  constexpr std::size_t kFewestOfWhole = 1500;
+  return original.positions.size() >= kFewestOfWhole && original.triangles.size() <= kMostFacesOfPair;
+}
+
+void measure_independent(const TrainingModel& model, const Mesh& original, std::mt19937_64& random) {
+  const std::span noises = training_noises();
+  const auto& [noise, level] = noises[random() % noises.size()];
+  print_measured(model, word_of(noise), original, add_noise_of_kind(original, noise, level, random()));
+}
+
+/// The model itself with noise that is correlated, independent, or none.
+void measure_whole(const TrainingModel& model, const Mesh& original, std::mt19937_64& random) {
+  constexpr double kWithout = 0.2, kIndependentShare = 0.45;
+  const double share = std::uniform_real_distribution<double>(0, 1)(random);
+  if (share < kWithout) {
+    print_measured(model, "none", original, original);
+  } else if (share < kIndependentShare) {
+    measure_independent(model, original, random);
+  } else {
+    print_measured(model, "correlated", original, with_waves(original, random));
+  }
+}
+
+/// The setting with the smallest expected error, or that for independent noise.
 std::size_t pick(const ScanSample& sample, const ScanModel& model) {
   const ScanErrors errors = model.expected(sample.features);
-  const auto best = static_cast<std::size_t>(std::min_element(errors.begin(), errors.end() - 1) - errors.begin());
-  return errors[kIndependent] - errors[best] < kLeastGainOfScan ? kIndependent : best;
+  const CaptureSigns capture{sample.features[0], sample.features[1], sample.features[2]};
+  const bool is_scan = counts_as_scan(errors, model.familiarity(sample.features), capture);
+  return is_scan ? best_of_scan(errors) : kIndependent;
 }
 
 double gain_of_scan(const ScanSample& sample) {
@@ -218,26 +236,19 @@ void report_cost(const std::vector<ScanSample>& samples, const OddsModel& odds) 
 }  // namespace
 
 void measure_scans(const Part& of) {
-  std::vector<PairRecipe> recipes = recipes_of(PairSet::kTraining);
-  std::ranges::copy(recipes_of(PairSet::kDevelopment), std::back_inserter(recipes));
-  std::set<std::string> seen;
-  std::size_t number = 0;
-  for (PairRecipe recipe : recipes) {
-    if (recipe.noise == Noise::kMeasured || !seen.insert(recipe.model).second || number++ % of.parts != of.part)
-      continue;
-    recipe.noise = Noise::kNormal;
-    recipe.level = 0;
-    if (const auto pair = build_pair(recipe, {})) measure_model(recipe.model, recipe.family, pair->original, number);
-  }
-  if (of.models.empty()) return;
-  std::vector<fs::path> models;
-  for (const auto& entry : fs::directory_iterator(of.models)) models.push_back(entry.path());
-  std::ranges::sort(models);
-  for (const fs::path& path : models) {
-    if (number++ % of.parts != of.part) continue;
-    const std::string name = path.stem().string();
-    const Mesh original = decode_mesh(test::read_file(path), format_from_filename(path.string())).mesh;
-    measure_model(name, name.substr(0, name.rfind('_')), original, number);
+  constexpr std::size_t kRounds = 4;
+  const std::vector<TrainingModel> models = training_models(of.models);
+  for (std::size_t round = 0; round < kRounds; ++round) {
+    for (std::size_t k = of.part; k < models.size(); k += of.parts) {
+      if (round >= models[k].rounds) continue;
+      const std::optional<Mesh> original = models[k].load();
+      if (!original) continue;
+      std::mt19937_64 random(4 * k + round + 1);
+      measure_view(models[k], *original, random);
+      if (!is_measured_whole(*original)) continue;
+      measure_whole(models[k], *original, random);
+      measure_independent(models[k], *original, random);
+    }
   }
 }
 

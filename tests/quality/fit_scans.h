@@ -12,7 +12,7 @@ struct Part {
 };
 
 /// Prints what the model of scans sees of training models with correlated noise, with independent noise, and without,
-/// and the errors of the weights and of the setting for independent noise; a pair per line.
+/// and the errors of the settings and of the automatic one for independent noise; a pair per line.
 void measure_scans(const Part& of);
 
 /// Prints core/choice/scan_error_table.h, and what the choice costs to stderr.

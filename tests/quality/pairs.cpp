@@ -105,7 +105,7 @@ std::vector<PairRecipe> development_recipes() {
        {"cut_box_slivers", "cut_box", {{kNormal, 0.1}, {kNormal, 0.3}}},
        {"cut_box_open", "cut_box", {{kNormal, 0.3}}},
        {"bracket", "bracket", {{kNormal, 0.2}, {kImpulsive, 0.5}, {kDepth, 0}, {kDepth, 0.5}}},
-       {"bracket_irregular", "bracket", {{kIsotropic, 0.3}}},
+       {"bracket_irregular", "bracket", {{kIsotropic, 0.3}, {kGrowing, 0.3}}},
        {"shaft", "shaft", {{kNormal, 0.3}}},
        {"shaft_graded", "shaft", {{kNormal, 0.2}}},
        {"shaft_slivers", "shaft", {{kNormal, 0.2}}},
@@ -225,7 +225,7 @@ std::vector<PairRecipe> training_recipes() {
 
 std::vector<PairRecipe> short_recipes() {
   return spell_out({{"cut_box", "cut_box", {{kNormal, 0}, {kNormal, 0.3}}},
-                    {"bracket_irregular", "bracket", {{kIsotropic, 0.3}}},
+                    {"bracket_irregular", "bracket", {{kIsotropic, 0.3}, {kGrowing, 0.3}}},
                     {"shaft", "shaft", {{kImpulsive, 0.5}}},
                     {"facets_16", "facets_16", {{kNormal, 0.1}}}},
                    kDevelopmentSeed);

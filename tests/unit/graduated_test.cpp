@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "core/choice/noise_spectrum.h"
 #include "core/choice/scan_error.h"
@@ -156,29 +157,31 @@ TEST(HingeMetric, SolvesWhatItsMatrixMakes) {
   HingeMetric metric(flat, alone);
   std::vector<float> stiffness(flat.edge_count, 0);
   std::vector<double> diagonal;
-  FourFields x, y;
-  for (std::size_t v = 0; v < flat.vertex_count; ++v) {
-    diagonal.push_back(1 + 0.1 * static_cast<double>(v % 5));
-    x.emplace_back(std::sin(static_cast<double>(v)), 1, 0, -1);
-    y.emplace_back(std::cos(3 * static_cast<double>(v)), 2, 0, 1);
+  FlatVectors x(3 * flat.vertex_count), y(x.size());
+  for (std::size_t v = 0; v < flat.vertex_count; ++v) diagonal.push_back(1 + 0.1 * static_cast<double>(v % 5));
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    x[i] = std::sin(static_cast<float>(i));
+    y[i] = std::cos(3 * static_cast<float>(i));
   }
+  const auto quotients = [&](FlatVectors sides) {
+    metric.solve(sides);
+    return sides;
+  };
+  const auto product = [](const FlatVectors& a, const FlatVectors& b) {
+    return std::transform_reduce(a.begin(), a.end(), b.begin(), 0.0);
+  };
   metric.factorize(flat.measured, stiffness, diagonal, 1e-3F);
-  const FourFields quotients = metric.solve(x);
-  for (std::size_t v = 0; v < x.size(); ++v) EXPECT_TRUE(quotients[v].isApprox(x[v] / diagonal[v], 1e-6));
+  const FlatVectors divided = quotients(x);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    EXPECT_NEAR(divided[i], static_cast<double>(x[i]) / diagonal[i % flat.vertex_count], 1e-6);
+  }
 
   for (float& one : stiffness) one = 2;
   metric.factorize(flat.measured, stiffness, diagonal, 1e-3F);
-  const FourFields by_x = metric.solve(x), by_y = metric.solve(y);
-  Eigen::Array4d xy = Eigen::Array4d::Zero(), yx = xy;
-  for (std::size_t v = 0; v < x.size(); ++v) {
-    xy += y[v] * by_x[v];
-    yx += x[v] * by_y[v];
-  }
-  EXPECT_TRUE(xy.isApprox(yx, 1e-10)) << xy << yx;
-  FlatVectors three(3 * flat.vertex_count, 0);
-  for (std::size_t v = 0; v < x.size(); ++v) three[flat.vertex_count + v] = static_cast<float>(x[v][0]);
-  metric.solve(three);
-  for (std::size_t v = 0; v < x.size(); ++v) EXPECT_NEAR(three[flat.vertex_count + v], by_x[v][0], 1e-5);
+  const FlatVectors by_x = quotients(x);
+  EXPECT_NEAR(product(y, by_x), product(x, quotients(y)), 1e-5);
+  EXPECT_GT(product(x, by_x), 0);
+  EXPECT_LT(product(x, by_x), product(x, divided));  // what is stiffer gives way less
 }
 
 /// Moves vertices along their normals by noise of many wavelengths that has the given deviation in edge
@@ -229,18 +232,56 @@ TEST(ErrorModel, ExpectsTheMeanFarFromWhatItKnows) {
   EXPECT_NEAR(model.expected({1e9, -1e9})[0], 0.5, 1e-3);
 }
 
-TEST(ScanError, TheShapeOfASpectrumIsThatOfItsMultiples) {
-  std::array<Density, kTellingBands> bands{}, multiples{};
+TEST(OddsModel, SeesTheShapeOfASpectrumApartFromItsSize) {
+  NoiseSpectrum spectrum, multiple;
   for (std::size_t k = 0; k < kTellingBands; ++k) {
     const double low = std::exp2(static_cast<double>(k));
-    bands[k] = {low, 2 * low, 3 * low, 4 * low};
-    multiples[k] = {7 * low, 14 * low, 21 * low, 28 * low};
+    spectrum.bands[k] = {low, 2 * low, 3 * low, 4 * low};
+    multiple.bands[k] = {7 * low, 14 * low, 21 * low, 28 * low};
   }
-  const auto shape = shape_of(bands), of_multiples = shape_of(multiples);
-  for (std::size_t k = 0; k < shape.size(); ++k) {
-    EXPECT_NEAR(shape[k], of_multiples[k], 1e-12);
-    EXPECT_NEAR(shape[k], k + 1 < kTellingBands ? std::log(2) : std::log(4), 1e-12);
+  spectrum.capture = multiple.capture = {0.1, 0.9, 0.8};
+  const auto numbers = OddsModel::numbers_of(spectrum), of_multiple = OddsModel::numbers_of(multiple);
+  constexpr std::size_t kSize = 2 * kTellingBands - 1;
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    EXPECT_NEAR(of_multiple[k] - numbers[k], k == kSize ? std::log(7) : 0, 1e-12);
+    if (k >= kSize) continue;
+    EXPECT_NEAR(numbers[k], k + 1 < kTellingBands ? std::log(2) : std::log(4), 1e-12);
   }
+  EXPECT_EQ(std::vector<double>(numbers.end() - 3, numbers.end()), (std::vector<double>{0.1, 0.9, 0.8}));
+}
+
+/// Squares that are all cut along the same diagonal.
+Mesh pixel_grid(Index columns, Index rows) {
+  Mesh mesh;
+  for (Index v = 0; v <= rows; ++v) {
+    for (Index u = 0; u <= columns; ++u) mesh.positions.emplace_back(u, v, 0);
+  }
+  for (Index v = 0; v < rows; ++v) {
+    for (Index u = 0; u < columns; ++u) {
+      const Index a = v * (columns + 1) + u, b = a + 1, c = a + columns + 1, d = c + 1;
+      mesh.triangles.push_back({a, b, c});
+      mesh.triangles.push_back({b, d, c});
+    }
+  }
+  return mesh;
+}
+
+TEST(CaptureSigns, TellAViewFromWhatIsClosed) {
+  const auto signs = [](const Mesh& mesh) {
+    const Topology topology = build_topology(mesh);
+    return capture_signs(Surface(mesh, topology));
+  };
+  const Mesh flat = pixel_grid(20, 20);
+  const CaptureSigns grid = signs(flat), cube = signs(test::cube(6));
+  EXPECT_DOUBLE_EQ(grid.facing, 1);
+  EXPECT_DOUBLE_EQ(grid.exact_flats, 1);
+  EXPECT_NEAR(grid.regular, 19.0 * 19 / (21 * 21), 1e-12);
+  EXPECT_TRUE(grid.is_one_view());
+  EXPECT_DOUBLE_EQ(cube.facing, 0.5);
+  EXPECT_FALSE(cube.is_one_view());
+  const CaptureSigns noisy = signs(add_noise(flat, 0.1, 1, NoiseKind::kNormal));
+  EXPECT_LT(noisy.exact_flats, 0.05);
+  EXPECT_TRUE(noisy.is_one_view());
 }
 
 /// Stein's risk alone once smoothed away what bends, and left flats as rough as they were.

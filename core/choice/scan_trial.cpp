@@ -1,0 +1,47 @@
+#include "core/choice/scan_trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace crease {
+namespace {
+
+constexpr double kLeastScanVariance = 1e-8;
+
+}  // namespace
+
+ScanSolver::ScanSolver(const FlatMesh& mesh, std::span<const float> precisions, const NoiseSpectrum& spectrum,
+                       const Solve& solve, ThreadTeam& team)
+    : mesh_(mesh),
+      precisions_(precisions),
+      solve_(solve),
+      variance_(std::max(kLeastScanVariance, spectrum.sigma() * spectrum.sigma())),
+      metric_(mesh, team) {}
+
+GraduatedResult ScanSolver::solved(const Setting& setting, bool final) const {
+  GraduatedOptions options;
+  options.family = setting.family;
+  options.variance = static_cast<float>(variance_);
+  options.weight = static_cast<float>(setting.weight * variance_);
+  options.across = 1;
+  options.fading_area_start = 0.3F;
+  options.latent_variance = false;
+  options.steps = 6;
+  options.metric = &metric_;
+  return solve_({mesh_, mesh_.measured, options, precisions_, {}, final});
+}
+
+ScanFeatures try_scan(const ScanSolver& solver, const FlatMesh& mesh, const NoiseSpectrum& spectrum) {
+  std::vector<ScanLook> looks;
+  for (const Setting& setting : kTellingScanSettings) {
+    const GraduatedResult result = solver.solved(setting, false);
+    const std::vector<float> residuals = products(difference(result.positions, mesh.measured), result.vertex_normals);
+    double squares = 0;
+    for (const float residual : residuals) squares += static_cast<double>(residual) * static_cast<double>(residual);
+    looks.push_back({dihedral_angles(mesh, result.positions), squares / static_cast<double>(residuals.size())});
+  }
+  return scan_features(dihedral_angles(mesh, mesh.measured), looks, spectrum);
+}
+
+}  // namespace crease
