@@ -88,7 +88,7 @@ std::size_t best_of_scan(const ScanErrors& errors) {
 }
 
 bool counts_as_scan(const ScanErrors& errors, double familiarity, const CaptureSigns& capture) {
-  constexpr double kLeastGain = 0.3, kLeastGainOfOneView = 0.05, kUnfamiliar = 0.5;
+  constexpr double kLeastGain = 0.2, kLeastGainOfOneView = 0.05, kUnfamiliar = 1.3;
   const double least = (capture.is_one_view() ? kLeastGainOfOneView : kLeastGain) + kUnfamiliar * (1 - familiarity);
   return errors.back() - errors[best_of_scan(errors)] > least;
 }
