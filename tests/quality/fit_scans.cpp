@@ -243,7 +243,7 @@ void measure_scans(const Part& of) {
       if (round >= models[k].rounds) continue;
       const std::optional<Mesh> original = models[k].load();
       if (!original) continue;
-      std::mt19937_64 random(4 * k + round + 1);
+      std::mt19937_64 random(kRounds * k + round + 1);
       measure_view(models[k], *original, random);
       if (!is_measured_whole(*original)) continue;
       measure_whole(models[k], *original, random);
