@@ -141,7 +141,9 @@ JobOutput run_job(const CheckedInput& input, const SmoothOptions& options, RunCo
   };
   SmoothResult smoothed = smooth_surface();
   const Mesh& mesh = surface.mesh();
-  Features features = find_features(mesh, surface.topology(), smoothed.positions, smoothed.labels);
+  FeatureOptions feature_options;
+  feature_options.segments.threads = options.threads;
+  Features features = find_features(mesh, surface.topology(), smoothed.positions, smoothed.labels, feature_options);
 
   JobOutput output;
   output.facts = result_facts(surface, input.facts.mean_edge_length, smoothed, features);

@@ -2,9 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <exception>
 #include <numeric>
+#include <utility>
 
+#include "core/base/thread_team.h"
 #include "core/features/graph_cut.h"
 #include "core/features/segment_moves.h"
 #include "core/mesh/face_vectors.h"
@@ -122,11 +126,29 @@ Segmentation minimise(const SegmentField& field, std::vector<Index> segments) {
 }  // namespace
 
 Segmentation segment_faces(const SegmentField& field) {
-  std::vector<Index> single_faces(field.face_count());
-  std::iota(single_faces.begin(), single_faces.end(), Index{0});
-  Segmentation from_basins = minimise(field, seed_segments(field));
-  Segmentation from_faces = minimise(field, std::move(single_faces));
-  return from_faces.energies.back() < from_basins.energies.back() - kNegligible ? from_faces : from_basins;
+  std::array<Segmentation, 2> results;
+  std::array<std::exception_ptr, 2> faults;
+  const auto segment = [&](std::size_t run) {
+    if (run == 0) return minimise(field, seed_segments(field));
+    std::vector<Index> single_faces(field.face_count());
+    std::iota(single_faces.begin(), single_faces.end(), Index{0});
+    return minimise(field, std::move(single_faces));
+  };
+  ThreadTeam team(field.options().threads, std::min(field.face_count(), 2 * kSitesPerThread));
+  team.run(results.size(), 1, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t run = begin; run < end; ++run) {
+      try {
+        results[run] = segment(run);
+      } catch (...) {
+        faults[run] = std::current_exception();
+      }
+    }
+  });
+  for (const std::exception_ptr& fault : faults) {
+    if (fault) std::rethrow_exception(fault);
+  }
+  auto& [from_basins, from_faces] = results;
+  return std::move(from_faces.energies.back() < from_basins.energies.back() - kNegligible ? from_faces : from_basins);
 }
 
 Segmentation segment_faces(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions,

@@ -19,6 +19,7 @@ struct SegmentOptions {
   double small_fraction = 0.005;  ///< a₀ is at most this fraction of the whole surface
   std::uint32_t gap_rings = 4;    ///< limit of d_e − 1 and of the watershed's distance
   std::uint32_t sweeps = 6;       ///< limit; expansions usually settle earlier
+  std::uint32_t threads = 1;      ///< 0: as many as the machine has; more than two are no use, the result is the same
 };
 
 /// The segments of a mesh as a Markov random field (§5). Sites are the faces, labels s their segments, and

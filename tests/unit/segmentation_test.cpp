@@ -9,6 +9,7 @@
 
 #include "core/features/features.h"
 #include "core/features/segment_moves.h"
+#include "core/measure/noise.h"
 #include "tests/support/labelled_meshes.h"
 #include "tests/support/meshes.h"
 
@@ -310,6 +311,17 @@ TEST(Features, ArePermutedWhenTheMeshIsRenumbered) {
     const Features features = find_features(other, other_topology, other.positions, labels);
     EXPECT_EQ(unnumbered(features, vertex, face), expected);
   }
+}
+
+TEST(Segmentation, IsTheSameOnTwoThreads) {
+  const LabelledMesh cube = labelled(add_noise(test::cube(24), 0.1, 1, NoiseKind::kGaussian));
+  const Topology topology = build_topology(cube.mesh);
+  SegmentOptions options;
+  const Segmentation alone = segment_faces(cube.mesh, topology, cube.mesh.positions, cube.labels, options);
+  options.threads = 2;
+  const Segmentation together = segment_faces(cube.mesh, topology, cube.mesh.positions, cube.labels, options);
+  EXPECT_EQ(together.segments, alone.segments);
+  EXPECT_EQ(together.energies, alone.energies);
 }
 
 TEST(Features, AreRightOnACube) {
