@@ -6,9 +6,9 @@ namespace crease {
 
 /// What a mesh shows of how it was captured.
 struct CaptureSigns {
-  double exact_flats = 0;  ///< of the inner edges: faces in one plane to the last bit, without noise or rounded
-  double facing = 0;       ///< of the area: looks to where most does; 1 in a view of one camera, 1/2 if closed
-  double regular = 0;      ///< of the vertices: have six faces, as most do on a grid of pixels
+  double exact_flats = 0;  ///< share of the inner edges whose faces are in one plane to the last bit
+  double facing = 0;       ///< share of the area that faces the way most of it does: 1 in one view, 1/2 if closed
+  double regular = 0;      ///< share of the vertices that have six faces, as most on a grid of pixels have
 
   /// Whether this may be what one depth camera saw: all of it faces one side, on a grid.
   bool is_one_view() const;

@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <memory>
+#include <optional>
 #include <utility>
 
 #include "core/choice/evidence.h"
@@ -11,13 +10,12 @@
 #include "core/choice/families.h"
 #include "core/choice/features.h"
 #include "core/choice/patches.h"
+#include "core/choice/ranking.h"
 #include "core/choice/second_look.h"
 
 namespace crease {
 namespace {
 
-constexpr std::size_t kMostFaces = 24'000;  ///< beyond, evidence is gathered on patches
-constexpr std::size_t kPatchFaces = 12'000;
 constexpr std::size_t kMostFacesForAngles = 60'000;
 constexpr double kFacesInTime = 13'000;  ///< a mesh of so many is done before anybody waits; smaller ones get more work
 
@@ -25,10 +23,9 @@ class Choice {
  public:
   Choice(const Surface& surface, const FlatMesh& mesh, std::span<const float> precisions, const ChoiceOptions& options,
          const Solve& solve, ChoiceReport& report)
-      : mesh_(mesh), options_(options), solve_(solve), report_(report) {
-    if (mesh.face_count > kMostFaces) cut(surface, precisions);
+      : mesh_(mesh), options_(options), solve_(solve), report_(report), patches_(cut_for_trials(surface, precisions)) {
     const FirstSight sight = look_at(surface, options.noise_sigma, options.noise_direction);
-    evidence_ = gather_evidence(trial_mesh(), sight, on_patches() ? patch_precisions_ : precisions, options, solve,
+    evidence_ = gather_evidence(trial_mesh(), sight, on_patches() ? patches_->precisions : precisions, options, solve,
                                 on_patches());
     precisions_.assign(precisions.begin(), precisions.end());
     if (evidence_.varying) precisions_ = evidence_.precisions;
@@ -51,33 +48,17 @@ class Choice {
   }
 
  private:
-  void cut(const Surface& surface, std::span<const float> precisions) {
-    Patches patches = cut_patches(surface, kPatchFaces);
-    const Topology topology = build_topology(patches.mesh);
-    patch_ = std::make_unique<FlatMesh>(topology, patches.mesh.triangles, patches.mesh.positions);
-    if (precisions.empty()) return;
-    for (const Index v : patches.vertices) patch_precisions_.push_back(precisions[v]);
-  }
-
-  bool on_patches() const { return patch_ != nullptr; }
-  const FlatMesh& trial_mesh() const { return on_patches() ? *patch_ : mesh_; }
+  bool on_patches() const { return patches_.has_value(); }
+  const FlatMesh& trial_mesh() const { return on_patches() ? patches_->mesh : mesh_; }
 
   /// The setting with the smallest expected error, among those for the surface that the user names.
   Setting choose() {
     const Features features = features_of(trial_mesh(), evidence_, evidence_.reference);
     SettingErrors errors = kFittedModel.expected(features);
-    for (std::size_t i = 0; i < errors.size(); ++i) {
-      if (options_.surface && kSettings[i].family.name != *options_.surface) {
-        errors[i] = std::numeric_limits<double>::infinity();
-      }
-    }
+    restrict_to_surface(options_.surface, kSettings, errors);
     look_again(features, errors);
-    report_choice(errors);
+    report_ranking(kSettings, errors, 1, report_);
     return kSettings[best_of(errors)];
-  }
-
-  static std::size_t best_of(const SettingErrors& errors) {
-    return static_cast<std::size_t>(std::ranges::min_element(errors) - errors.begin());
   }
 
   /// Tries the likely settings, and lets what has become of the mesh decide between them. The best of them is expected
@@ -104,21 +85,6 @@ class Choice {
     const double faces = std::max(kFacesInTime, static_cast<double>(mesh_.face_count));
     const auto count = static_cast<std::size_t>(faces / static_cast<double>(trial_mesh().face_count));
     return std::clamp<std::size_t>(count, 1, kMostTried);
-  }
-
-  void report_choice(const SettingErrors& errors) {
-    const std::size_t chosen = best_of(errors);
-    report_.family = kSettings[chosen].family.name;
-    report_.weight = kSettings[chosen].weight;
-    double other = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < errors.size(); ++i) {
-      if (!std::isfinite(errors[i])) continue;
-      const double ratio = std::exp(errors[i] - errors[chosen]);
-      report_.candidates.push_back({std::string(kSettings[i].family.name), kSettings[i].weight, ratio});
-      if (kSettings[i].family.name != kSettings[chosen].family.name) other = std::min(other, ratio);
-    }
-    std::ranges::stable_sort(report_.candidates, {}, &CandidateReport::expected_error);
-    report_.margin = std::isfinite(other) ? other - 1 : 0;
   }
 
   void report_noise() {
@@ -186,8 +152,7 @@ class Choice {
   const Solve& solve_;
   ChoiceReport& report_;
 
-  std::unique_ptr<FlatMesh> patch_;  ///< where evidence is gathered, if not on the whole mesh
-  std::vector<float> patch_precisions_;
+  std::optional<TrialPatches> patches_;  ///< where evidence is gathered, if not on the whole mesh
   Evidence evidence_;
   std::vector<float> precisions_;  ///< of the whole mesh
 };

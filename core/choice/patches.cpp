@@ -50,4 +50,15 @@ Patches cut_patches(const Surface& surface, std::size_t faces) {
   return patches;
 }
 
+std::optional<TrialPatches> cut_for_trials(const Surface& surface, std::span<const float> precisions) {
+  constexpr std::size_t kMostFaces = 24'000, kPatchFaces = 12'000;
+  if (surface.faces.size() <= kMostFaces) return std::nullopt;
+  const Patches patches = cut_patches(surface, kPatchFaces);
+  const Topology topology = build_topology(patches.mesh);
+  TrialPatches trial{FlatMesh(topology, patches.mesh.triangles, patches.mesh.positions), {}};
+  if (precisions.empty()) return trial;
+  for (const Index v : patches.vertices) trial.precisions.push_back(precisions[v]);
+  return trial;
+}
+
 }  // namespace crease

@@ -27,6 +27,9 @@ std::array<double, 3> numbers_of_capture(const CaptureSigns& signs) {
   return {signs.exact_flats, signs.facing, signs.regular};
 }
 
+/// They are the first of the features.
+CaptureSigns capture_of(const ScanFeatures& features) { return {features[0], features[1], features[2]}; }
+
 /// Logarithms of the quantiles at kShares.
 std::array<double, kShares.size()> quantiles(std::span<const float> angles) {
   std::vector<float> sorted(angles.begin(), angles.end());
@@ -82,15 +85,12 @@ bool may_be_correlated(const NoiseSpectrum& spectrum) {
   return kFittedOdds.log_odds(OddsModel::numbers_of(spectrum)) > 0;
 }
 
-std::size_t best_of_scan(const ScanErrors& errors) {
-  const std::span settings(errors.begin(), kScanSettings.size());
-  return static_cast<std::size_t>(std::ranges::min_element(settings) - settings.begin());
-}
-
-bool counts_as_scan(const ScanErrors& errors, double familiarity, const CaptureSigns& capture) {
+bool counts_as_scan(const ScanModel& model, const ScanFeatures& features) {
   constexpr double kLeastGain = 0.2, kLeastGainOfOneView = 0.05, kUnfamiliar = 1.3;
-  const double least = (capture.is_one_view() ? kLeastGainOfOneView : kLeastGain) + kUnfamiliar * (1 - familiarity);
-  return errors.back() - errors[best_of_scan(errors)] > least;
+  const ScanErrors errors = model.expected(features);
+  const double gain = errors.back() - *std::min_element(errors.begin(), errors.end() - 1);
+  const double least = capture_of(features).is_one_view() ? kLeastGainOfOneView : kLeastGain;
+  return gain > least + kUnfamiliar * (1 - model.familiarity(features));
 }
 
 ScanFeatures scan_features(std::span<const float> angles_measured, std::span<const ScanLook> looks,

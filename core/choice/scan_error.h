@@ -40,18 +40,17 @@ struct ScanLook {
 /// over that of the best of them; more than kWorst counts as kWorst. The features are the signs of how the mesh was
 /// captured, the noise and its spectrum, quantiles of the dihedral angles as measured and after each of the telling
 /// settings, and the residuals of these.
-struct ScanModel : ErrorModel<11 + 3 * 7 + 7 * kTellingScanSettings.size(), kScanSettings.size() + 1> {
+struct ScanModel
+    : ErrorModel<11 + 3 * NoiseSpectrum{}.bands.size() + 7 * kTellingScanSettings.size(), kScanSettings.size() + 1> {
   static constexpr double kWorst = 2.5;
 };
 using ScanFeatures = ScanModel::Features;
 using ScanErrors = ScanModel::Errors;
 
-/// The best of the settings for scans.
-std::size_t best_of_scan(const ScanErrors& errors);
-/// Whether it is expected to be better than the setting for independent noise, by enough: meshes without noise lose
-/// much where their shape is taken for noise. What one camera sees needs less, since it is hardly ever without, and
-/// what resembles no training pair needs more.
-bool counts_as_scan(const ScanErrors& errors, double familiarity, const CaptureSigns& capture);
+/// Whether the best of the settings for scans is expected to be better than that for independent noise, by enough:
+/// meshes without noise lose much where their shape is taken for noise. What one camera sees needs less, since it is
+/// hardly ever without, and what resembles no training pair needs more.
+bool counts_as_scan(const ScanModel& model, const ScanFeatures& features);
 
 /// `looks` of the telling settings.
 ScanFeatures scan_features(std::span<const float> angles_measured, std::span<const ScanLook> looks,

@@ -1,8 +1,9 @@
 #include "core/choice/scan_trial.h"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
+
+#include "core/choice/candidate.h"
 
 namespace crease {
 namespace {
@@ -35,11 +36,10 @@ GraduatedResult ScanSolver::solved(const Setting& setting, bool final) const {
 ScanFeatures try_scan(const ScanSolver& solver, const FlatMesh& mesh, const NoiseSpectrum& spectrum) {
   std::vector<ScanLook> looks;
   for (const Setting& setting : kTellingScanSettings) {
-    const GraduatedResult result = solver.solved(setting, false);
-    const std::vector<float> residuals = products(difference(result.positions, mesh.measured), result.vertex_normals);
-    double squares = 0;
-    for (const float residual : residuals) squares += static_cast<double>(residual) * static_cast<double>(residual);
-    looks.push_back({dihedral_angles(mesh, result.positions), squares / static_cast<double>(residuals.size())});
+    Candidate candidate;
+    candidate.result = solver.solved(setting, false);
+    score_residuals(candidate, mesh, {}, false);
+    looks.push_back({dihedral_angles(mesh, candidate.result.positions), candidate.residual});
   }
   return scan_features(dihedral_angles(mesh, mesh.measured), looks, spectrum);
 }

@@ -21,7 +21,7 @@ namespace {
 
 /// Stages of a usual run, which progress is measured in; runs may take fewer or more. Where noise may be correlated,
 /// the telling settings for scans come first.
-constexpr std::uint32_t kUsualStages = 16, kStagesOfSolve = 6;
+constexpr std::uint32_t kUsualStages = 16, kStagesOfSolve = GraduatedOptions{}.stages;
 constexpr std::uint32_t kStagesOfTrial = kStagesOfSolve * kTellingScanSettings.size();
 /// That labels of snapshots are for, in ℓ.
 constexpr double kUsualNoise = 0.2;

@@ -12,6 +12,7 @@
 #include <set>
 
 #include "core/choice/choice.h"
+#include "core/choice/ranking.h"
 #include "core/choice/scan_error.h"
 #include "core/choice/scan_trial.h"
 #include "core/io/decode.h"
@@ -27,6 +28,8 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kFewestOfScan = 1000, kMostFacesOfPair = 13'000, kIndependent = kScanSettings.size();
 
+constexpr std::size_t kRounds = 4, kRoundsOfParts = 2;  ///< of measuring every model
+
 struct TrainingModel {
   std::string name, family;
   std::size_t rounds = 0;                     ///< how often it is measured
@@ -35,7 +38,6 @@ struct TrainingModel {
 
 /// Those of the training and development pairs, and those of a folder. The latter are many, and nearly all parts.
 std::vector<TrainingModel> training_models(const fs::path& folder) {
-  constexpr std::size_t kRoundsOfObjects = 4, kRoundsOfParts = 2;
   std::vector<TrainingModel> models;
   std::vector<PairRecipe> recipes = recipes_of(PairSet::kTraining);
   std::ranges::copy(recipes_of(PairSet::kDevelopment), std::back_inserter(recipes));
@@ -44,7 +46,7 @@ std::vector<TrainingModel> training_models(const fs::path& folder) {
     if (recipe.noise == Noise::kMeasured || !seen.insert(recipe.model).second) continue;
     recipe.noise = Noise::kNormal;
     recipe.level = 0;
-    models.push_back({recipe.model, recipe.family, kRoundsOfObjects, [recipe]() -> std::optional<Mesh> {
+    models.push_back({recipe.model, recipe.family, kRounds, [recipe]() -> std::optional<Mesh> {
                         auto pair = build_pair(recipe, {});
                         if (!pair) return std::nullopt;
                         return std::move(pair->original);
@@ -173,9 +175,7 @@ void measure_whole(const TrainingModel& model, const Mesh& original, std::mt1993
 /// The setting with the smallest expected error, or that for independent noise.
 std::size_t pick(const ScanSample& sample, const ScanModel& model) {
   const ScanErrors errors = model.expected(sample.features);
-  const CaptureSigns capture{sample.features[0], sample.features[1], sample.features[2]};
-  const bool is_scan = counts_as_scan(errors, model.familiarity(sample.features), capture);
-  return is_scan ? best_of_scan(errors) : kIndependent;
+  return counts_as_scan(model, sample.features) ? best_of(std::span(errors).first<kIndependent>()) : kIndependent;
 }
 
 double gain_of_scan(const ScanSample& sample) {
@@ -236,7 +236,6 @@ void report_cost(const std::vector<ScanSample>& samples, const OddsModel& odds) 
 }  // namespace
 
 void measure_scans(const Part& of) {
-  constexpr std::size_t kRounds = 4;
   const std::vector<TrainingModel> models = training_models(of.models);
   for (std::size_t round = 0; round < kRounds; ++round) {
     for (std::size_t k = of.part; k < models.size(); k += of.parts) {
