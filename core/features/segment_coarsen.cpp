@@ -7,12 +7,6 @@
 namespace crease {
 namespace {
 
-/// The whole border between two segments.
-struct Border {
-  Index a, b;  ///< a < b
-  double cost;
-};
-
 class Coarsening {
  public:
   Coarsening(const SegmentField& field, std::vector<Index>& segments)
@@ -26,9 +20,10 @@ class Coarsening {
     add_up_borders();
   }
 
-  void run() {
+  std::vector<SegmentBorder> run() {
     while (contract() * kWorthwhile > region_count_) {
     }
+    return std::move(borders_);
   }
 
  private:
@@ -36,7 +31,8 @@ class Coarsening {
 
   /// Joins the borders between the same two segments.
   void add_up_borders() {
-    std::ranges::sort(borders_, [](const Border& x, const Border& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
+    std::ranges::sort(
+        borders_, [](const SegmentBorder& x, const SegmentBorder& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
     std::size_t last = 0;
     for (std::size_t i = 1; i < borders_.size(); ++i) {
       if (borders_[i].a == borders_[last].a && borders_[i].b == borders_[last].b) {
@@ -50,12 +46,12 @@ class Coarsening {
 
   /// Breaks ties in a scattered order. In the order of the mesh, a chain of equal borders would lose only one per
   /// round.
-  static std::uint64_t scrambled(const Border& border) {
+  static std::uint64_t scrambled(const SegmentBorder& border) {
     const std::uint64_t mixed = (std::uint64_t{border.a} << 32 | border.b) * 0x9e3779b97f4a7c15U;
     return (mixed ^ mixed >> 29) * 0xbf58476d1ce4e5b9U;
   }
 
-  static bool is_better(const Border& border, const Border& than) {
+  static bool is_better(const SegmentBorder& border, const SegmentBorder& than) {
     return border.cost != than.cost ? border.cost > than.cost : scrambled(border) > scrambled(than);
   }
 
@@ -80,7 +76,7 @@ class Coarsening {
       if (renamed[r] != kNone) continue;
       renamed[r] = next++;
       if (best[r] == kNone) continue;
-      const Border& border = borders_[best[r]];
+      const SegmentBorder& border = borders_[best[r]];
       const Index other = border.a == r ? border.b : border.a;
       if (best[other] == best[r]) renamed[other] = renamed[r];
     }
@@ -90,22 +86,24 @@ class Coarsening {
 
   void rename(const std::vector<Index>& renamed) {
     for (Index& segment : segments_) segment = renamed[segment];
-    for (Border& border : borders_) {
+    for (SegmentBorder& border : borders_) {
       const auto [a, b] = std::minmax(renamed[border.a], renamed[border.b]);
       border.a = a;
       border.b = b;
     }
-    std::erase_if(borders_, [](const Border& border) { return border.a == border.b; });
+    std::erase_if(borders_, [](const SegmentBorder& border) { return border.a == border.b; });
     add_up_borders();
   }
 
   std::vector<Index>& segments_;
   Index region_count_;
-  std::vector<Border> borders_;
+  std::vector<SegmentBorder> borders_;
 };
 
 }  // namespace
 
-void coarsen_segments(const SegmentField& field, std::vector<Index>& segments) { Coarsening(field, segments).run(); }
+std::vector<SegmentBorder> coarsen_segments(const SegmentField& field, std::vector<Index>& segments) {
+  return Coarsening(field, segments).run();
+}
 
 }  // namespace crease

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <map>
 #include <queue>
+#include <span>
 
 #include "core/features/graph_cut.h"
 #include "core/features/segment_moves.h"
@@ -21,20 +22,13 @@ struct Candidate {
 
 class RegionGraph {
  public:
-  RegionGraph(const SegmentField& field, const std::vector<Index>& segments)
+  RegionGraph(const SegmentField& field, const std::vector<Index>& segments, std::span<const SegmentBorder> borders)
       : field_(field), parent_(segments.empty() ? 0 : *std::ranges::max_element(segments) + std::size_t{1}) {
     area_.assign(parent_.size(), 0);
     borders_.resize(parent_.size());
     for (Index r = 0; r < parent_.size(); ++r) parent_[r] = r;
     for (Index f = 0; f < segments.size(); ++f) area_[segments[f]] += field.area(f);
-    const Topology& topology = field.topology();
-    for (Index e = 0; e < topology.edges.size(); ++e) {
-      if (!topology.is_interior(e)) continue;
-      const Index a = segments[topology.edge_faces[e][0]], b = segments[topology.edge_faces[e][1]];
-      if (a == b) continue;
-      borders_[a][b] += field.border_cost(e);
-      borders_[b][a] += field.border_cost(e);
-    }
+    for (const auto& [a, b, cost] : borders) borders_[a][b] = borders_[b][a] = cost;
   }
 
   void merge_while_it_saves() {
@@ -98,8 +92,8 @@ class RegionGraph {
 }  // namespace
 
 void merge_segments(const SegmentField& field, std::vector<Index>& segments) {
-  coarsen_segments(field, segments);
-  RegionGraph graph(field, segments);
+  const std::vector<SegmentBorder> borders = coarsen_segments(field, segments);
+  RegionGraph graph(field, segments, borders);
   graph.merge_while_it_saves();
   for (Index& segment : segments) segment = graph.root(segment);
 }

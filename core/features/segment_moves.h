@@ -13,10 +13,17 @@ namespace crease {
 /// fall apart, and merging joins them again.
 std::vector<Index> seed_segments(const SegmentField& field);
 
-/// Merges pairs of neighbours in rounds. A pair is merged if their border costs both of them more than any other border
-/// does. The result is close to that of merge_segments, in a fraction of the time. Sizes do not count: they would make
-/// the segments left between pairs merge across ridges. Stops when few such pairs are left.
-void coarsen_segments(const SegmentField& field, std::vector<Index>& segments);
+/// The whole border between two segments, a < b, and what it costs.
+struct SegmentBorder {
+  Index a, b;
+  double cost;
+};
+
+/// Merges pairs of neighbours in rounds, and returns the borders that are left. A pair is merged if their border costs
+/// both of them more than any other border does. The result is close to that of merge_segments, in a fraction of the
+/// time. Sizes do not count: they would make the segments left between pairs merge across ridges. Stops when few such
+/// pairs are left.
+std::vector<SegmentBorder> coarsen_segments(const SegmentField& field, std::vector<Index>& segments);
 
 /// Coarsens, then merges pairs of neighbours as long as that lowers the energy, the pair with the most expensive border
 /// first: greedy additive edge contraction [Keuper et al. 2015]. Sizes decide whether a pair is merged, but not the
