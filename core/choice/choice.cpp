@@ -61,9 +61,11 @@ class Choice {
     return kSettings[best_of(errors)];
   }
 
-  /// Tries the likely settings, and lets what has become of the mesh decide between them. The best of them is expected
-  /// to be as good as the best was before.
+  /// Tries the likely settings, and lets what has become of the mesh decide between them, unless the upload is all but
+  /// known. The best of them is expected to be as good as the best was before.
   void look_again(const Features& features, SettingErrors& errors) const {
+    constexpr double kKnown = 0.88;
+    if (kFittedModel.familiarity(features) > kKnown) return;
     const std::vector<std::size_t> likely = likely_settings(errors, most_tried(kSettings[best_of(errors)]));
     if (likely.size() < 2) return;
     const double lowest = errors[likely.front()];

@@ -9,9 +9,13 @@
 
 namespace crease {
 
+/// What likeness falls with: the square of the distance between two descriptions, or the distance itself, which follows
+/// the nearest pairs more closely.
+enum class Kernel { kGaussian, kExponential };
+
 /// Kernel ridge regression of the errors of some methods on features of an upload. Features are standardised and cut
 /// off at kFarthest deviations. What resembles no landmark has the mean errors of the training pairs.
-template <std::size_t kFeatureCount, std::size_t kMethods>
+template <std::size_t kFeatureCount, std::size_t kMethods, Kernel kKernel>
 struct ErrorModel {
   static constexpr double kFarthest = 3, kStepsPerDeviation = 40;
   using Features = std::array<double, kFeatureCount>;
@@ -42,7 +46,8 @@ struct ErrorModel {
     int squares = 0;
     for (std::size_t k = 0; k < kFeatureCount; ++k) squares += (a[k] - b[k]) * (a[k] - b[k]);
     constexpr double kUnit = kStepsPerDeviation * kStepsPerDeviation * kFeatureCount;
-    return std::exp(-squares / kUnit);
+    const double square = squares / kUnit;
+    return std::exp(kKernel == Kernel::kGaussian ? -square : -std::sqrt(square));
   }
 
   /// How much alike the most similar training pair is, from 0 to 1.

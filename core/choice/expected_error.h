@@ -8,7 +8,7 @@ namespace crease {
 
 /// Of the logarithms of the mean normal errors of kSettings over that of the best of them; more than kWorst counts as
 /// kWorst.
-struct SettingModel : ErrorModel<kFeatures, kSettings.size()> {
+struct SettingModel : ErrorModel<kFeatures, kSettings.size(), Kernel::kExponential> {
   static constexpr double kWorst = 0.8;
 };
 using SettingErrors = SettingModel::Errors;

@@ -12,7 +12,7 @@
 namespace crease {
 namespace {
 
-constexpr std::size_t kMostFits = 8000, kMostNeighbours = 60, kMostValence = 32, kLeastRing = 10;
+constexpr std::size_t kMostFits = 4000, kMostNeighbours = 60, kMostValence = 32, kLeastRing = 10;
 constexpr double kLeastFreedom = 4;
 
 /// Unit normals, smoothed over two rings.
@@ -138,7 +138,7 @@ std::optional<FitVariance> fit_quadric(const Surface& surface, const std::vector
 std::vector<FitVariance> fit_quadrics(const Surface& surface, const std::vector<Vec3>& normals) {
   std::vector<FitVariance> fits;
   Ring ring(surface);
-  const std::size_t count = surface.measured.size(), stride = std::max<std::size_t>(1, count / kMostFits);
+  const std::size_t count = surface.measured.size(), stride = (count + kMostFits - 1) / kMostFits;
   for (std::size_t v = 0; v < count; v += stride) {
     const std::size_t valence = surface.topology.vertex_edges[v].size();
     if (valence == 0 || valence > kMostValence || normals[v].isZero()) continue;

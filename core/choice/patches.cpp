@@ -1,5 +1,7 @@
 #include "core/choice/patches.h"
 
+#include <utility>
+
 namespace crease {
 namespace {
 
@@ -53,11 +55,11 @@ Patches cut_patches(const Surface& surface, std::size_t faces) {
 std::optional<TrialPatches> cut_for_trials(const Surface& surface, std::span<const float> precisions) {
   constexpr std::size_t kMostFaces = 24'000, kPatchFaces = 12'000;
   if (surface.faces.size() <= kMostFaces) return std::nullopt;
-  const Patches patches = cut_patches(surface, kPatchFaces);
-  const Topology topology = build_topology(patches.mesh);
-  TrialPatches trial{FlatMesh(topology, patches.mesh.triangles, patches.mesh.positions), {}};
+  Patches patches = cut_patches(surface, kPatchFaces);
+  FlatMesh mesh(build_topology(patches.mesh), patches.mesh.triangles, patches.mesh.positions);
+  TrialPatches trial{std::move(patches), std::move(mesh), {}};
   if (precisions.empty()) return trial;
-  for (const Index v : patches.vertices) trial.precisions.push_back(precisions[v]);
+  for (const Index v : trial.patches.vertices) trial.precisions.push_back(precisions[v]);
   return trial;
 }
 

@@ -20,6 +20,7 @@ Patches cut_patches(const Surface& surface, std::size_t faces);
 
 /// What is tried in place of a mesh that is too large to be tried as a whole.
 struct TrialPatches {
+  Patches patches;
   FlatMesh mesh;
   std::vector<float> precisions;  ///< of the likelihood per vertex; empty for 1
 };

@@ -57,7 +57,7 @@ std::array<double, OddsModel::kNumbers> OddsModel::numbers_of(const NoiseSpectru
   std::array<double, kNumbers> numbers{};
   auto next = numbers.begin();
   for (std::size_t k = 0; k + 1 < kTellingBands; ++k) *next++ = std::log(bands[k + 1].low / bands[k].low);
-  for (std::size_t k = 0; k < kTellingBands; ++k) *next++ = std::log(bands[k].high / bands[k].low);
+  for (std::size_t k = 0; k < kTellingBands; ++k) *next++ = log_of(bands[k].high / bands[k].low);
   *next++ = std::log(bands[0].low);
   for (const double sign : numbers_of_capture(spectrum.capture)) *next++ = sign;
   return numbers;

@@ -40,8 +40,8 @@ struct ScanLook {
 /// over that of the best of them; more than kWorst counts as kWorst. The features are the signs of how the mesh was
 /// captured, the noise and its spectrum, quantiles of the dihedral angles as measured and after each of the telling
 /// settings, and the residuals of these.
-struct ScanModel
-    : ErrorModel<11 + 3 * NoiseSpectrum{}.bands.size() + 7 * kTellingScanSettings.size(), kScanSettings.size() + 1> {
+struct ScanModel : ErrorModel<11 + 3 * NoiseSpectrum{}.bands.size() + 7 * kTellingScanSettings.size(),
+                              kScanSettings.size() + 1, Kernel::kGaussian> {
   static constexpr double kWorst = 2.5;
 };
 using ScanFeatures = ScanModel::Features;

@@ -40,7 +40,7 @@ std::vector<TriedSetting> try_settings(std::span<const std::size_t> settings, co
 
 /// Of the logarithm of the error of a setting over the geometric mean of those that were tried beside it: a line, and
 /// what a kernel adds to it.
-struct SecondLookModel : ErrorModel<4 + kLookFeatures + kFeatures + 2, 1> {
+struct SecondLookModel : ErrorModel<4 + kLookFeatures + kFeatures + 2, 1, Kernel::kExponential> {
   Features slopes{};  ///< per standard deviation
 
   double along_slopes(const Description& description) const;

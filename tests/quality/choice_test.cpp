@@ -103,11 +103,12 @@ TEST(SecondLook, MeasuresAnglesBetweenNormals) {
   EXPECT_NEAR(mean_angle_deg(along, along), 0, 1e-4);
 }
 
-/// Of settings between which the first look is undecided, the second takes better ones.
+/// Of settings between which the first look is undecided, the second takes better ones, on parts that neither is fitted
+/// to.
 TEST(SecondLook, FindsBetterSettingsThanTheFirst) {
   double first = 0, second = 0;
-  for (const std::string model :
-       {"channel", "channel_irregular", "stepped_block", "spindle", "bullet", "cut_box", "bracket"}) {
+  for (const std::string model : {"channel", "channel_irregular", "channel_slivers", "stepped_block", "spindle",
+                                  "spindle_graded", "bullet", "bullet_open"}) {
     for (const double level : {0.1, 0.2, 0.3}) {
       const Work work(recipe(model, Noise::kNormal, level));
       const Evidence evidence = work.evidence();
@@ -168,7 +169,7 @@ double error_deg(const Pair& pair, const SmoothResult& result) {
 
 /// Coarse parts under strong noise of other kinds once read as scans, and lost much. What still does must lose little.
 TEST(Scans, LittleIsLostWhereIndependentNoiseIsTakenForCorrelated) {
-  constexpr double kLittle = 1.3;
+  constexpr double kLittle = 1.35;
   for (const std::string model : {"cut_box", "cut_box_irregular", "cut_box_graded", "shaft", "bracket_irregular"}) {
     for (const auto& [noise, level] : {std::pair(Noise::kGrowing, 0.3), std::pair(Noise::kImpulsive, 0.5),
                                        std::pair(Noise::kIsotropic, 0.5), std::pair(Noise::kNormal, 0.3)}) {

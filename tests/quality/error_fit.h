@@ -185,7 +185,7 @@ void print_table(const Fit<Model>& fit, std::string_view type, std::string_view 
       type, prefix, row_of(fit.model.means), row_of(fit.model.deviations), row_of(fit.model.mean_errors),
       fit.landmarks.size());
   for (const auto& landmark : fit.landmarks) {
-    fmt::print("{{{{{{{}}}}},{{{{{:.3g}}}}}}},\n", fmt::join(landmark.features, ","),
+    fmt::print("{{{{{{{}}}}},{{{{{:.6g}}}}}}},\n", fmt::join(landmark.features, ","),
                fmt::join(landmark.influence, ","));
   }
   fmt::print("}}}};\n\n// clang-format on\n\n}}  // namespace crease\n");

@@ -12,6 +12,7 @@
 #include <span>
 
 #include "core/choice/evidence.h"
+#include "core/choice/patches.h"
 #include "core/io/decode.h"
 #include "tests/quality/error_fit.h"
 #include "tests/quality/fit_scans.h"
@@ -22,19 +23,30 @@
 namespace crease::quality {
 namespace {
 
-constexpr std::size_t kMostFaces = 20'000, kFewestVertices = 100;
+constexpr std::size_t kFewestVertices = 100;
 
+/// The part of a mesh that patches of it cover.
+Mesh part_of(const Mesh& mesh, const Patches& patches) {
+  Mesh part;
+  part.triangles = patches.mesh.triangles;
+  for (const Index v : patches.vertices) part.positions.push_back(mesh.positions[v]);
+  return part;
+}
+
+/// Of large meshes, what is tried in their place.
 SettingSample measured(const Pair& pair, const std::string& family) {
   const Topology topology = build_topology(pair.noisy);
   const Surface surface(pair.noisy, topology);
-  const FlatMesh mesh(surface);
+  const std::optional<TrialPatches> trial = cut_for_trials(surface, {});
+  const FlatMesh mesh = trial ? trial->mesh : FlatMesh(surface);
+  const Mesh original = trial ? part_of(pair.original, trial->patches) : pair.original;
   ThreadTeam team(1);
   const Solve solve = [&](const SolveRequest& request) {
     return GraduatedDescent(request.mesh, request.measured, request.options, request.precisions, request.latent, team)
         .run();
   };
   const FirstSight sight = look_at(surface, std::nullopt, std::nullopt);
-  const Evidence evidence = gather_evidence(mesh, sight, {}, {}, solve, false);
+  const Evidence evidence = gather_evidence(mesh, sight, {}, {}, solve, trial.has_value());
   SettingSample sample;
   sample.pair = pair.name;
   sample.family = family;
@@ -45,7 +57,7 @@ SettingSample measured(const Pair& pair, const std::string& family) {
     Candidate candidate;
     candidate.result = solve({mesh, mesh.measured, options, evidence.precisions, {}});
     score_residuals(candidate, mesh, evidence.precisions, false);
-    sample.errors[i] = normal_error_deg(pair.original, candidate.result.positions);
+    sample.errors[i] = normal_error_deg(original, candidate.result.positions);
     sample.looks[i] = look_of(features_of(mesh, evidence, candidate));
     normals.push_back(std::move(candidate.result.vertex_normals));
   }
@@ -57,7 +69,7 @@ SettingSample measured(const Pair& pair, const std::string& family) {
 }
 
 void print_measured(const Pair& pair, const std::string& family) {
-  if (pair.original.triangles.size() > kMostFaces || pair.original.positions.size() < kFewestVertices) return;
+  if (pair.original.positions.size() < kFewestVertices) return;
   const SettingSample sample = measured(pair, family);
   fmt::print("{} {} {:.6g} {:.5g}", sample.pair, sample.family, fmt::join(sample.features, " "),
              fmt::join(sample.errors, " "));
@@ -77,12 +89,10 @@ void measure_pairs(const Part& of) {
   }
 }
 
-/// Pairs from the models of a folder. Those named alike but for a number are a family.
-void measure_models(const Part& of) {
+/// Pairs from the models of a folder. Those named alike but for what follows the last underscore are a family.
+void measure_models(const std::string& folder, const Part& of) {
   constexpr std::uint64_t kSeed = 5, kPairsOfModel = 4;
-  std::vector<std::filesystem::path> models;
-  for (const auto& entry : std::filesystem::directory_iterator(of.models)) models.push_back(entry.path());
-  std::ranges::sort(models);
+  const std::vector<std::filesystem::path> models = files_of(folder);
   const std::span noises = training_noises();
   for (std::size_t i = of.part; i < models.size(); i += of.parts) {
     const std::string name = models[i].stem().string();
@@ -162,18 +172,21 @@ int main(int count, char** arguments) try {
   };
   CLI::App* measure = add_measure("measure", "Prints features and errors of settings, a pair per line");
   measure->add_option("--meshes", of.meshes, "Folder of pairs with measured noise");
-  measure->add_option("--models", of.models, "Measure the models of this folder in place of the training pairs")
+  measure->add_option("--models", of.models, "Measure the models of these folders in place of the training pairs")
       ->check(CLI::ExistingDirectory);
   CLI::App* table =
       add_table("table", "Prints core/choice/expected_error_table.h, and the cost of the choice to stderr");
   CLI::App* second_table =
       add_table("second-table", "Prints core/choice/second_look_table.h, and the cost of the choice to stderr");
   CLI::App* scans = add_measure("measure-scans", "Prints features and errors of weights for scans, a pair per line");
-  scans->add_option("--models", of.models, "Measure the models of this folder, too")->check(CLI::ExistingDirectory);
+  scans->add_option("--models", of.models, "Measure the models of these folders, too")->check(CLI::ExistingDirectory);
   CLI::App* scan_table =
       add_table("scan-table", "Prints core/choice/scan_error_table.h, and the cost of the choice to stderr");
   CLI11_PARSE(app, count, arguments);
-  if (measure->parsed()) (of.models.empty() ? measure_pairs : measure_models)(of);
+  if (measure->parsed()) {
+    if (of.models.empty()) measure_pairs(of);
+    for (const std::string& folder : of.models) measure_models(folder, of);
+  }
   if (table->parsed()) write_table(files);
   if (second_table->parsed()) write_second_table(files);
   if (scans->parsed()) measure_scans(of);

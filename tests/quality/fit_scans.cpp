@@ -36,8 +36,8 @@ struct TrainingModel {
   std::function<std::optional<Mesh>()> load;  ///< none if it is not on this machine
 };
 
-/// Those of the training and development pairs, and those of a folder. The latter are many, and nearly all parts.
-std::vector<TrainingModel> training_models(const fs::path& folder) {
+/// Those of the training and development pairs, and those of folders. The latter are many, and mostly parts.
+std::vector<TrainingModel> training_models(const std::vector<std::string>& folders) {
   std::vector<TrainingModel> models;
   std::vector<PairRecipe> recipes = recipes_of(PairSet::kTraining);
   std::ranges::copy(recipes_of(PairSet::kDevelopment), std::back_inserter(recipes));
@@ -52,15 +52,13 @@ std::vector<TrainingModel> training_models(const fs::path& folder) {
                         return std::move(pair->original);
                       }});
   }
-  if (folder.empty()) return models;
-  std::vector<fs::path> paths;
-  for (const auto& entry : fs::directory_iterator(folder)) paths.push_back(entry.path());
-  std::ranges::sort(paths);
-  for (const fs::path& path : paths) {
-    const std::string name = path.stem().string();
-    models.push_back({name, name.substr(0, name.rfind('_')), kRoundsOfParts, [path]() -> std::optional<Mesh> {
-                        return decode_mesh(test::read_file(path), format_from_filename(path.string())).mesh;
-                      }});
+  for (const std::string& folder : folders) {
+    for (const fs::path& path : files_of(folder)) {
+      const std::string name = path.stem().string();
+      models.push_back({name, name.substr(0, name.rfind('_')), kRoundsOfParts, [path]() -> std::optional<Mesh> {
+                          return decode_mesh(test::read_file(path), format_from_filename(path.string())).mesh;
+                        }});
+    }
   }
   return models;
 }
@@ -234,6 +232,13 @@ void report_cost(const std::vector<ScanSample>& samples, const OddsModel& odds) 
 }
 
 }  // namespace
+
+std::vector<fs::path> files_of(const std::string& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
+  std::ranges::sort(files);
+  return files;
+}
 
 void measure_scans(const Part& of) {
   const std::vector<TrainingModel> models = training_models(of.models);

@@ -91,7 +91,7 @@ std::vector<PairRecipe> development_recipes() {
          {kCorrelated, 0.2},
          {kDepth, 0.5}}},
        {"anchor_dense", "anchor", {{kIsotropic, 0.3}, {kGrowing, 0.3}}},
-       {"rotor_small", "rotor", {{kNormal, 0}, {kNormal, 0.3}}},
+       {"rotor_small", "rotor", {{kNormal, 0}, {kNormal, 0.2}, {kNormal, 0.3}}},
        {"elephant", "elephant", {{kNormal, 0}, {kImpulsive, 0.3}, {kDepth, 0}, {kDepth, 0.5}}},
        {"knot1", "knot", {{kNormal, 0}, {kNormal, 0.2}, {kGrowing, 0.2}, {kDepth, 0.3}}},
        {"armadillo", "armadillo", {{kNormal, 0}, {kNormal, 0.2}, {kCorrelated, 0.3}}},

@@ -224,12 +224,20 @@ TEST(NoiseSpectrum, IsFoundOnEveryMeshWhenItIsAskedFor) {
 }
 
 TEST(ErrorModel, ExpectsTheMeanFarFromWhatItKnows) {
-  using Model = ErrorModel<2, 1>;
+  using Model = ErrorModel<2, 1, Kernel::kGaussian>;
   const std::array<Model::Landmark, 1> landmarks{{{{}, {0.25}}}};
   const Model model{{10, 20}, {1, 2}, {0.5}, landmarks};
   EXPECT_DOUBLE_EQ(model.expected({10, 20})[0], 0.75);
   EXPECT_NEAR(model.expected({11, 20})[0], 0.5 + 0.25 * std::exp(-0.5), 1e-12);
   EXPECT_NEAR(model.expected({1e9, -1e9})[0], 0.5, 1e-3);
+}
+
+TEST(ErrorModel, WithAnExponentialKernelFallsWithTheDistance) {
+  using Model = ErrorModel<2, 1, Kernel::kExponential>;
+  const std::array<Model::Landmark, 1> landmarks{{{{}, {0.25}}}};
+  const Model model{{10, 20}, {1, 2}, {0.5}, landmarks};
+  EXPECT_DOUBLE_EQ(model.expected({10, 20})[0], 0.75);
+  EXPECT_NEAR(model.expected({11, 20})[0], 0.5 + 0.25 * std::exp(-std::sqrt(0.5)), 1e-12);
 }
 
 TEST(OddsModel, SeesTheShapeOfASpectrumApartFromItsSize) {
