@@ -220,6 +220,7 @@ TEST(NoiseSpectrum, IsFoundOnEveryMeshWhenItIsAskedFor) {
     const auto spectrum = find_correlated_noise(Surface(member.mesh, topology), true, alone);
     ASSERT_TRUE(spectrum) << member.name;
     EXPECT_TRUE(std::isfinite(spectrum->sigma())) << member.name;
+    for (const double number : OddsModel::numbers_of(*spectrum)) EXPECT_TRUE(std::isfinite(number)) << member.name;
   }
 }
 
