@@ -198,7 +198,7 @@ TEST_F(Proxy, ServesJobsAndTheirResultsInRanges) {
 
 TEST_F(Proxy, PassesEventsOnAtOnce) {
   const std::string job = submit(kLong, obj_text(icosphere(4)));
-  server_->wait_for_state(job.substr(job.rfind('/') + 1), "running");
+  server_->wait_for_state(job.substr(job.rfind('/') + 1), "running", key_.bearer());
   Program curl_of_events({"/usr/bin/curl", "-sN", "--max-time", "600", "--cacert", nginx_->certificate(), "-H",
                           "Authorization: Bearer " + key_.text, nginx_->url() + job + "/events"});
   const auto heard = [&](const std::string& event) { return curl_of_events.output().find(event) != std::string::npos; };

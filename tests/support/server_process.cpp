@@ -51,10 +51,13 @@ nlohmann::json ServerProcess::wait_for_end(const std::string& id) const {
   return nlohmann::json::parse(events.back().data);
 }
 
-nlohmann::json ServerProcess::wait_for_state(const std::string& id, const std::string& state) const {
+nlohmann::json ServerProcess::wait_for_state(const std::string& id, const std::string& state,
+                                             const Headers& headers) const {
   nlohmann::json job;
   const bool reached = eventually([&] {
-    job = get("/v1/jobs/" + id).json();
+    const RawResponse response = get("/v1/jobs/" + id, headers);
+    job = response.json();
+    if (response.status != 200) throw std::runtime_error(job.dump());
     return job["state"] == state || (job["state"] != "queued" && job["state"] != "running");
   });
   if (!reached) throw std::runtime_error(id + " does not become " + state);

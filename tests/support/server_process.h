@@ -38,7 +38,7 @@ class ServerProcess {
   /// Follows the event stream until the job has ended, and returns the job.
   nlohmann::json wait_for_end(const std::string& id) const;
   /// Waits until the job is in this state or has ended, and returns the job.
-  nlohmann::json wait_for_state(const std::string& id, const std::string& state) const;
+  nlohmann::json wait_for_state(const std::string& id, const std::string& state, const Headers& headers = {}) const;
 
  private:
   TemporaryFolder folder_;
