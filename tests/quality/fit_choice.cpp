@@ -6,19 +6,16 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <map>
 #include <numeric>
 #include <span>
 
 #include "core/choice/evidence.h"
 #include "core/choice/patches.h"
-#include "core/io/decode.h"
 #include "tests/quality/error_fit.h"
 #include "tests/quality/fit_scans.h"
 #include "tests/quality/fit_second_look.h"
 #include "tests/quality/pairs.h"
-#include "tests/support/meshes.h"
 
 namespace crease::quality {
 namespace {
@@ -89,19 +86,18 @@ void measure_pairs(const Part& of) {
   }
 }
 
-/// Pairs from the models of a folder. Those named alike but for what follows the last underscore are a family.
+/// Pairs from the models of a folder.
 void measure_models(const std::string& folder, const Part& of) {
   constexpr std::uint64_t kSeed = 5, kPairsOfModel = 4;
-  const std::vector<std::filesystem::path> models = files_of(folder);
+  const std::vector<ModelFile> models = model_files(folder);
   const std::span noises = training_noises();
   for (std::size_t i = of.part; i < models.size(); i += of.parts) {
-    const std::string name = models[i].stem().string();
-    const Mesh original = decode_mesh(test::read_file(models[i]), format_from_filename(models[i].string())).mesh;
+    const Mesh original = models[i].read();
     for (std::uint64_t k = 0; k < kPairsOfModel; ++k) {
       const auto& [noise, level] = noises[(7 * i + 5 * k) % noises.size()];
       const Mesh noisy = add_noise_of_kind(original, noise, level, kSeed + k);
-      print_measured({fmt::format("{}-{}-{}", name, word_of(noise), level), noise, level, original, noisy},
-                     name.substr(0, name.rfind('_')));
+      print_measured({fmt::format("{}-{}-{}", models[i].name(), word_of(noise), level), noise, level, original, noisy},
+                     models[i].family());
     }
   }
 }

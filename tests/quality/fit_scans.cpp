@@ -53,11 +53,8 @@ std::vector<TrainingModel> training_models(const std::vector<std::string>& folde
                       }});
   }
   for (const std::string& folder : folders) {
-    for (const fs::path& path : files_of(folder)) {
-      const std::string name = path.stem().string();
-      models.push_back({name, name.substr(0, name.rfind('_')), kRoundsOfParts, [path]() -> std::optional<Mesh> {
-                          return decode_mesh(test::read_file(path), format_from_filename(path.string())).mesh;
-                        }});
+    for (const ModelFile& file : model_files(folder)) {
+      models.push_back({file.name(), file.family(), kRoundsOfParts, [file] { return file.read(); }});
     }
   }
   return models;
@@ -233,10 +230,12 @@ void report_cost(const std::vector<ScanSample>& samples, const OddsModel& odds) 
 
 }  // namespace
 
-std::vector<fs::path> files_of(const std::string& folder) {
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
-  std::ranges::sort(files);
+Mesh ModelFile::read() const { return decode_mesh(test::read_file(path), format_from_filename(path.string())).mesh; }
+
+std::vector<ModelFile> model_files(const std::string& folder) {
+  std::vector<ModelFile> files;
+  for (const auto& entry : fs::directory_iterator(folder)) files.push_back({entry.path()});
+  std::ranges::sort(files, {}, &ModelFile::path);
   return files;
 }
 

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "core/mesh/mesh.h"
+
 namespace crease::quality {
 
 /// What to measure: every so manieth item, so that several processes share the work.
@@ -13,8 +15,16 @@ struct Part {
   std::vector<std::string> models;  ///< folders
 };
 
-/// The files of a folder, by name.
-std::vector<std::filesystem::path> files_of(const std::string& folder);
+/// A mesh in a file. Those named alike but for what follows the last underscore are a family.
+struct ModelFile {
+  std::filesystem::path path;
+  std::string name() const { return path.stem().string(); }
+  std::string family() const { return name().substr(0, name().rfind('_')); }
+  Mesh read() const;
+};
+
+/// Those of a folder, by name.
+std::vector<ModelFile> model_files(const std::string& folder);
 
 /// Prints what the model of scans sees of training models with correlated noise, with independent noise, and without,
 /// and the errors of the settings and of the automatic one for independent noise; a pair per line.
