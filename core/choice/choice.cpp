@@ -16,7 +16,7 @@
 namespace crease {
 namespace {
 
-constexpr std::size_t kMostFacesForAngles = 60'000;
+constexpr std::size_t kMostFacesForReference = 60'000;  ///< that are worth another solve for the labels' sake
 constexpr double kFacesInTime = 13'000;  ///< a mesh of so many is done before anybody waits; smaller ones get more work
 
 class Choice {
@@ -37,13 +37,16 @@ class Choice {
       evidence_.variance = spread_varying_noise(mesh_, evidence_, solve_, precisions_);
     }
     report_noise();
-    ChoiceResult result;
+    ChoiceResult result{.setting = chosen, .positions = {}, .reference_positions = {}, .risk = {}};
     Setting final = chosen;
     final.weight /= options_.strength * options_.strength;
     GraduatedResult solution = solved(final, false);
     if (options_.wants_risk) result.risk = risk_of(final, solution);
     result.positions = std::move(solution.positions);
-    result.ridge_angles = ridge_angles(result.positions);
+    if (mesh_.face_count <= kMostFacesForReference) {
+      result.reference_positions =
+          on_patches() ? solved(kReference, true).positions : evidence_.reference.result.positions;
+    }
     return result;
   }
 
@@ -137,18 +140,6 @@ class Choice {
     return candidate.risk(reference.noise_variance()) / evidence_.variance;
   }
 
-  /// Dihedral angles of the result, mixed with those of the reference, which does not merge ridges that lie close
-  /// together, where the mesh is not too large to solve it.
-  std::vector<float> ridge_angles(const FlatVectors& positions) const {
-    constexpr float kShareOfReference = 0.4F;
-    std::vector<float> angles = dihedral_angles(mesh_, positions);
-    if (mesh_.face_count > kMostFacesForAngles) return angles;
-    const std::vector<float> others = dihedral_angles(
-        mesh_, on_patches() ? solved(kReference, true).positions : evidence_.reference.result.positions);
-    for (std::size_t e = 0; e < angles.size(); ++e) angles[e] += kShareOfReference * (others[e] - angles[e]);
-    return angles;
-  }
-
   const FlatMesh& mesh_;
   const ChoiceOptions& options_;
   const Solve& solve_;
@@ -160,6 +151,14 @@ class Choice {
 };
 
 }  // namespace
+
+DescentSight sight_of(const Setting& setting, const ChoiceReport& report) {
+  return {.noise_sigma = report.noise_sigma,
+          .correlation_length = report.correlation_length,
+          .isotropy = static_cast<double>(report.direction) / static_cast<double>(NoiseDirection::kIsotropic),
+          .exponent = static_cast<double>(setting.family.exponent_end),
+          .weight = setting.weight};
+}
 
 ChoiceResult choose_and_solve(const Surface& surface, const FlatMesh& mesh, std::span<const float> precisions,
                               const ChoiceOptions& options, const Solve& solve, ChoiceReport& report) {

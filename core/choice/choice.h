@@ -6,9 +6,11 @@
 #include <string_view>
 #include <vector>
 
+#include "core/choice/families.h"
 #include "core/choice/report.h"
 #include "core/geometry/surface.h"
 #include "core/graduated/descent.h"
+#include "core/regression/normal_features.h"
 
 namespace crease {
 
@@ -35,11 +37,15 @@ struct SolveRequest {
 using Solve = std::function<GraduatedResult(const SolveRequest&)>;
 
 struct ChoiceResult {
+  Setting setting;                  ///< that was chosen; the strength is not in its weight
   FlatVectors positions;            ///< of the whole mesh
-  std::vector<float> ridge_angles;  ///< per edge of the flat mesh, in radians: what labels go by
+  FlatVectors reference_positions;  ///< by the reference, which does not merge ridges; none for scans and large meshes
   /// Expected squared error of the positions along the normals, in noise variances; if it is wanted, and known.
   std::optional<double> risk;
 };
+
+/// What the regression of normals is told.
+DescentSight sight_of(const Setting& setting, const ChoiceReport& report);
 
 /// The automatic setting: solves a reference, learns from it what the noise and the surface are like, and solves the
 /// setting that is expected to do best. `precisions` of the likelihood per vertex, empty for 1.

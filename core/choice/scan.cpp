@@ -41,12 +41,11 @@ std::optional<ChoiceResult> remove_correlated_noise(const Surface& surface, cons
   report.noise_sigma = options.noise_sigma.value_or(spectrum.sigma());
   report.correlation_length = spectrum.length();
   report_ranking(kScanSettings, settings, relative * solver.variance(), report);
-  Setting final = kScanSettings[best_of(settings)];
+  const Setting chosen = kScanSettings[best_of(settings)];
+  Setting final = chosen;
   final.weight *= relative / (options.strength * options.strength);
-  ChoiceResult result;
-  result.positions = solver.solved(final, true).positions;
-  result.ridge_angles = dihedral_angles(mesh, result.positions);
-  return result;
+  return ChoiceResult{
+      .setting = chosen, .positions = solver.solved(final, true).positions, .reference_positions = {}, .risk = {}};
 }
 
 }  // namespace crease

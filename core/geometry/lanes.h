@@ -59,6 +59,15 @@ CREASE_LANES_INLINE float sum(const Lanes& x) {
   return (halves[0] + halves[1]) + (halves[2] + halves[3]);
 }
 
+/// Lanes in a row. Containers of the library forget how a vector type is aligned; a struct keeps it.
+template <std::size_t count>
+struct alignas(32) LaneArray {
+  Lanes items[count];  // NOLINT(*-avoid-c-arrays): see above
+
+  CREASE_LANES_INLINE Lanes& operator[](std::size_t i) { return items[i]; }
+  CREASE_LANES_INLINE const Lanes& operator[](std::size_t i) const { return items[i]; }
+};
+
 /// Eight vectors, one in each lane.
 struct alignas(32) LaneVectors {
   Lanes x{}, y{}, z{};

@@ -120,16 +120,9 @@ void GraduatedDescent::begin_stage(int stage) {
 /// Area vectors of the faces, and their sums around vertices.
 void GraduatedDescent::update_normals() {
   const std::size_t faces = mesh_.face_count, count = mesh_.vertex_count;
-  const auto corner = [&](std::size_t k, std::size_t f) {
-    return vector_at(positions_, static_cast<std::size_t>(mesh_.corners[k][f]));
-  };
   for_each(faces, team_, [&](std::size_t f) {
-    const auto a = corner(0, f), b = corner(1, f), c = corner(2, f);
-    const float ux = b[0] - a[0], uy = b[1] - a[1], uz = b[2] - a[2];
-    const float vx = c[0] - a[0], vy = c[1] - a[1], vz = c[2] - a[2];
-    area_vectors_[f] = uy * vz - uz * vy;
-    area_vectors_[faces + f] = uz * vx - ux * vz;
-    area_vectors_[2 * faces + f] = ux * vy - uy * vx;
+    const auto area = area_vector(mesh_, positions_, f);
+    for (std::size_t axis = 0; axis < 3; ++axis) area_vectors_[axis * faces + f] = area[axis];
   });
   for_each(count, team_, [&](std::size_t v) {
     std::array<float, 3> sum{};

@@ -105,20 +105,21 @@ CREASE_WIDE_CLONES float sum_edges(const Edges& edges, Flat n, float a, std::siz
 
 struct Faces {
   std::array<const FlatIndex*, 3> corners, neighbors, sides;
-  Flat positions, normals, references;
+  Flat positions, normals, references, targets;
   const float *inverse, *stiffness, *least_areas;
   float fold_weight;
   float* by_corner;
   std::size_t count;
 };
 
-/// What ∂E/∂n and the fold term of faces give to their corners; returns the fold terms.
-CREASE_WIDE_CLONES float sum_faces(const Faces& faces, std::size_t begin, std::size_t end) {
+/// What ∂E/∂n and the terms of faces give to their corners; returns the terms.
+template <bool kHasTargets>
+CREASE_LANES_INLINE float sum_faces_of(const Faces& faces, std::size_t begin, std::size_t end) {
   BlockTerms terms;
   const FlatIndex* __restrict i0 = faces.corners[0], * __restrict i1 = faces.corners[1], * __restrict i2 = faces.corners[2];
   const FlatIndex* __restrict n0 = faces.neighbors[0], * __restrict n1 = faces.neighbors[1], * __restrict n2 = faces.neighbors[2];
   const FlatIndex* __restrict e0 = faces.sides[0], * __restrict e1 = faces.sides[1], * __restrict e2 = faces.sides[2];
-  const Flat p = faces.positions, n = faces.normals, r = faces.references;
+  const Flat p = faces.positions, n = faces.normals, r = faces.references, t = faces.targets;
   const float* __restrict inverse = faces.inverse, * __restrict stiffness = faces.stiffness, * __restrict least = faces.least_areas;
   const float weight = faces.fold_weight;
   float* __restrict x0 = faces.by_corner;
@@ -131,13 +132,23 @@ CREASE_WIDE_CLONES float sum_faces(const Faces& faces, std::size_t begin, std::s
     const FlatIndex a = n0[f], b = n1[f], c = n2[f];
     const float k0 = stiffness[e0[f]], k1 = stiffness[e1[f]], k2 = stiffness[e2[f]], k = k0 + k1 + k2;
     const float nx = n.x[f], ny = n.y[f], nz = n.z[f];
-    const float gx = k * nx - k0 * n.x[a] - k1 * n.x[b] - k2 * n.x[c];
-    const float gy = k * ny - k0 * n.y[a] - k1 * n.y[b] - k2 * n.y[c];
-    const float gz = k * nz - k0 * n.z[a] - k1 * n.z[b] - k2 * n.z[c];
+    float gx = k * nx - k0 * n.x[a] - k1 * n.x[b] - k2 * n.x[c];
+    float gy = k * ny - k0 * n.y[a] - k1 * n.y[b] - k2 * n.y[c];
+    float gz = k * nz - k0 * n.z[a] - k1 * n.z[b] - k2 * n.z[c];
+    float miss = 0;
+    if constexpr (kHasTargets) {
+      const float weight_of_target = t.x[f] * t.x[f] + t.y[f] * t.y[f] + t.z[f] * t.z[f];
+      const float dx = weight_of_target * (nx - t.x[f]), dy = weight_of_target * (ny - t.y[f]),
+                  dz = weight_of_target * (nz - t.z[f]);
+      miss = 0.5F * (dx * dx + dy * dy + dz * dz);
+      gx += dx;
+      gy += dy;
+      gz += dz;
+    }
     const float along = nx * gx + ny * gy + nz * gz, s = inverse[f];
     const float seen = (nx * r.x[f] + ny * r.y[f] + nz * r.z[f]) / s;  // N·r
     const float lack = std::max(0.0F, least[f] - seen), pull = -2 * weight * lack;
-    terms[f - begin] = weight * lack * lack;
+    terms[f - begin] = weight * lack * lack + miss;
     const float hx = s * (gx - along * nx) + pull * r.x[f];
     const float hy = s * (gy - along * ny) + pull * r.y[f];
     const float hz = s * (gz - along * nz) + pull * r.z[f];
@@ -157,6 +168,13 @@ CREASE_WIDE_CLONES float sum_faces(const Faces& faces, std::size_t begin, std::s
     z2[f] = cz;
   }
   return sum_of(terms.data(), end - begin);
+}
+
+CREASE_WIDE_CLONES float sum_faces(const Faces& faces, std::size_t begin, std::size_t end) {
+  return sum_faces_of<false>(faces, begin, end);
+}
+CREASE_WIDE_CLONES float sum_faces_with_targets(const Faces& faces, std::size_t begin, std::size_t end) {
+  return sum_faces_of<true>(faces, begin, end);
 }
 
 /// `values(begin, end)` summed over the blocks of [0, count).
@@ -213,14 +231,16 @@ double GraduatedEnergy::operator()(std::span<const float> positions, std::span<f
                         p,
                         normals,
                         flat(face_references),
+                        flat(face_targets),
                         inverse_lengths_.data(),
                         stiffness_.data(),
                         least_areas.data(),
                         fold_weight,
                         by_corner_.data(),
                         faces};
+  const auto sum = face_targets.empty() ? sum_faces : sum_faces_with_targets;
   parts_.folds =
-      sum_blocks(faces, team, [&](std::size_t begin, std::size_t end) { return sum_faces(all_faces, begin, end); });
+      sum_blocks(faces, team, [&](std::size_t begin, std::size_t end) { return sum(all_faces, begin, end); });
   const float *by_x = by_corner_.data(), *by_y = by_x + 3 * faces, *by_z = by_y + 3 * faces;
   const float t = across, weight = likelihood;
   parts_.likelihood = sum_blocks(vertices, team, [&](std::size_t begin, std::size_t end) {
@@ -258,7 +278,7 @@ std::vector<float> GraduatedEnergy::inverse_curvatures(std::span<const float> po
         const std::size_t f = place % faces, k = place / faces;
         const FlatIndex a = mesh.corners[(k + 1) % 3][f], b = mesh.corners[(k + 2) % 3][f];
         const float x = p.x[a] - p.x[b], y = p.y[a] - p.y[b], z = p.z[a] - p.z[b], r = inverse_lengths_[f];
-        float stiffness = 0;
+        float stiffness = face_targets.empty() ? 0.0F : 1.0F;
         for (const std::vector<FlatIndex>& side : mesh.sides) {
           stiffness += stiffness_[static_cast<std::size_t>(side[f])];
         }

@@ -18,6 +18,7 @@ namespace crease {
 ///     E(x) = A Σ_v p_v (t ‖d‖² + (1 − t) (d·m_v)²)         d = x_v − y_v
 ///          + Σ_e w_e ψ_a(‖n_i − n_j‖²; c_e)                n = N/√(‖N‖² + h²), N the area vector of a face
 ///          + F Σ_f max(0, τ_f − N_f·r_f)²                  a face that folds over pays for it
+///          + ½ Σ_f ‖n_f − t_f‖²                            where targets are given
 class GraduatedEnergy {
  public:
   /// The mesh and `data` must outlive the object.
@@ -35,10 +36,11 @@ class GraduatedEnergy {
   FlatVectors vertex_normals;                    ///< m_v, unit
   FlatVectors face_references;                   ///< r_f, unit
   std::vector<float> least_areas;                ///< τ_f
+  FlatVectors face_targets;                      ///< t_f, unit, or zero for a face without; empty for none at all
 
   /// What the last evaluation was made of.
   struct Parts {
-    double likelihood = 0, smoothness = 0, folds = 0;
+    double likelihood = 0, smoothness = 0, folds = 0;  ///< targets are among the folds
     double total() const { return likelihood + smoothness + folds; }
   };
 

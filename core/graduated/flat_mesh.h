@@ -52,6 +52,17 @@ inline std::array<float, 3> vector_at(std::span<const float> flat, std::size_t i
   return {flat[i], flat[count + i], flat[2 * count + i]};
 }
 
+/// Twice the area of a face along its normal.
+inline std::array<float, 3> area_vector(const FlatMesh& mesh, std::span<const float> positions, std::size_t face) {
+  const auto corner = [&](std::size_t k) {
+    return vector_at(positions, static_cast<std::size_t>(mesh.corners[k][face]));
+  };
+  const auto a = corner(0), b = corner(1), c = corner(2);
+  const float ux = b[0] - a[0], uy = b[1] - a[1], uz = b[2] - a[2];
+  const float vx = c[0] - a[0], vy = c[1] - a[1], vz = c[2] - a[2];
+  return {uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx};
+}
+
 /// The inner products of each vertex's vectors in `a` and `b`.
 std::vector<float> products(std::span<const float> a, std::span<const float> b);
 

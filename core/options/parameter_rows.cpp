@@ -396,7 +396,8 @@ std::vector<Parameter> make_table() {
       {.name = "strength",
        .field = 48,
        .group = kAutomatic,
-       .meaning = "How strongly to smooth: 1 as the noise asks for, 0 not at all, 2 as twice the noise would.",
+       .meaning = "How strongly to smooth: 1 as the noise asks for, 0 not at all, 2 as twice the noise would. What has "
+                  "been learnt of the errors that are left is put right at 1, and ever less of it towards 0 and 2.",
        .places = at<&Mrf::strength>(0, 2),
        .conditions = {kDescent}},
       {.name = "noise",

@@ -15,6 +15,8 @@
 #include "core/choice/uncertainty.h"
 #include "core/geometry/renumbering.h"
 #include "core/graduated/descent.h"
+#include "core/regression/face_turning.h"
+#include "core/regression/normal_regression.h"
 
 namespace crease {
 namespace {
@@ -121,8 +123,9 @@ class AutomaticRun {
       }
       if (!found) found = choose_and_solve(surface, mesh, precisions_, options, solve, report);
       const ChoiceResult& chosen = *found;
-      result_.positions = upload_positions(chosen.positions);
-      result_.labels = labels(chosen.ridge_angles, report.noise_sigma);
+      const FlatVectors positions = refined(chosen, report);
+      result_.positions = upload_positions(positions);
+      result_.labels = labels(ridge_angles(positions, chosen.reference_positions), report.noise_sigma);
       ended_.risk = chosen.risk;
       if (options_.uncertainty) find_uncertainty(surface, chosen.positions, report, spectrum);
       result_.choice = std::move(report);
@@ -151,6 +154,28 @@ class AutomaticRun {
   }
 
   double seconds() const { return seconds_before_ + stopwatch_.seconds(); }
+
+  /// The faces turned to where the regression says. It has learnt from results of the usual strength, so it fades where
+  /// a user wants another one. What has no noise stays as it is.
+  FlatVectors refined(const ChoiceResult& chosen, const ChoiceReport& report) {
+    constexpr double kNoNoise = 0.005, kLittleNoise = 0.015;  // in ℓ
+    const double amount = std::max(0.0, 1 - std::abs(options_.strength - 1)) *
+                          std::clamp((report.noise_sigma - kNoNoise) / (kLittleNoise - kNoNoise), 0.0, 1.0);
+    if (!(amount > 0)) return chosen.positions;
+    const FlatVectors normals = regressed_normals(*mesh_, chosen.positions, sight_of(chosen.setting, report),
+                                                  static_cast<float>(amount), team_);
+    return turned_towards(*mesh_, chosen.positions, normals, precisions_, team_);
+  }
+
+  /// Dihedral angles of a result, mixed with those of the reference, if there is one.
+  std::vector<float> ridge_angles(const FlatVectors& positions, const FlatVectors& reference) const {
+    constexpr float kShareOfReference = 0.4F;
+    std::vector<float> angles = dihedral_angles(*mesh_, positions);
+    if (reference.empty()) return angles;
+    const std::vector<float> others = dihedral_angles(*mesh_, reference);
+    for (std::size_t e = 0; e < angles.size(); ++e) angles[e] += kShareOfReference * (others[e] - angles[e]);
+    return angles;
+  }
 
   /// Keeps what the last of the solves that the result is made of was told.
   void keep_options(const SolveRequest& request) {

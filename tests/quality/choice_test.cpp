@@ -1,13 +1,18 @@
+#include "core/choice/choice.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "core/choice/evidence.h"
 #include "core/choice/expected_error.h"
 #include "core/choice/features.h"
 #include "core/choice/second_look.h"
 #include "core/measure/measure.h"
+#include "core/regression/face_turning.h"
+#include "core/regression/normal_regression.h"
 #include "core/smooth/smooth.h"
 #include "tests/quality/error_fit.h"
 #include "tests/quality/pairs.h"
@@ -219,6 +224,30 @@ TEST(Scans, CoarseModelsWithoutNoiseAreNotTakenForScans) {
     if (!pair) GTEST_SKIP() << "no models of CGAL here";
     EXPECT_FALSE(counts_as_correlated(pair->original)) << model;
   }
+}
+
+/// Parts of families that the network was not fitted to.
+TEST(NormalRegression, BringsResultsNearerToOriginalsThatItDoesNotKnow) {
+  ThreadTeam team(1);
+  double gain = 0;
+  int parts = 0;
+  for (const auto& [model, noise, level] :
+       {std::tuple("channel", Noise::kNormal, 0.2), std::tuple("spindle", Noise::kNormal, 0.3),
+        std::tuple("stepped_block", Noise::kNormal, 0.3), std::tuple("bullet", Noise::kNormal, 0.2),
+        std::tuple("channel", Noise::kCorrelated, 0.3)}) {
+    const Work work(recipe(model, noise, level));
+    ChoiceReport report;
+    const ChoiceResult chosen = choose_and_solve(work.surface, work.mesh, {}, {}, solved, report);
+    const FlatVectors normals =
+        regressed_normals(work.mesh, chosen.positions, sight_of(chosen.setting, report), 1, team);
+    const FlatVectors turned = turned_towards(work.mesh, chosen.positions, normals, {}, team);
+    const double before = normal_error_deg(work.pair.original, chosen.positions);
+    const double after = normal_error_deg(work.pair.original, turned);
+    EXPECT_LT(after, 1.05 * before) << model;
+    gain += std::log(before / after);
+    ++parts;
+  }
+  EXPECT_GT(gain / parts, 0.04);
 }
 
 }  // namespace

@@ -71,36 +71,6 @@ struct ScanSample : Sample<ScanModel> {
   }
 };
 
-/// Noise of one wavelength or of several along the normals, of 0.06 to 0.72 edge lengths.
-Mesh with_waves(const Mesh& original, std::mt19937_64& random) {
-  std::uniform_real_distribution<double> unit(0, 1);
-  const Topology topology = build_topology(original);
-  const Surface surface(original, topology);
-  const double level = 0.06 * std::pow(12.0, unit(random));
-  const double white = unit(random) < 0.6 ? 0 : 0.4 * std::pow(unit(random), 2);
-  const int center = 1 + static_cast<int>(6.999 * unit(random)), waves = 1 + static_cast<int>(4 * unit(random));
-  std::array<double, NoiseSpectrum::kSteps.size()> shares{};
-  if (unit(random) < 0.5) {
-    shares[static_cast<std::size_t>(center)] = 1;
-  } else {
-    for (int wave = 0; wave < waves; ++wave) {
-      const int part = std::clamp(center + static_cast<int>(5 * unit(random)) - 2, 1, 7);
-      shares[static_cast<std::size_t>(part)] += 0.2 + unit(random);
-    }
-  }
-  const double sum = std::accumulate(shares.begin(), shares.end(), 0.0);
-  NoiseSpectrum spectrum;
-  for (std::size_t k = 0; k < shares.size(); ++k) spectrum.variances[k] = level * level * (1 - white) * shares[k] / sum;
-  spectrum.variances[0] += level * level * white;
-  ThreadTeam alone(1);
-  const std::vector<double> noise =
-      spectrum.sample(LazyWalk(surface, alone), original.positions.size(), static_cast<std::uint32_t>(random()));
-  const std::vector<Vec3> normals = unit_vertex_normals(original, topology);
-  Mesh noisy = original;
-  for (std::size_t v = 0; v < noise.size(); ++v) noisy.positions[v] += surface.unit * noise[v] * normals[v];
-  return noisy;
-}
-
 void print_measured(const TrainingModel& model, std::string_view kind, const Mesh& original, const Mesh& noisy) {
   if (noisy.positions.size() < kFewestOfScan || noisy.triangles.size() > kMostFacesOfPair) return;
   ThreadTeam team(1);
@@ -229,6 +199,35 @@ void report_cost(const std::vector<ScanSample>& samples, const OddsModel& odds) 
 }
 
 }  // namespace
+
+Mesh with_waves(const Mesh& original, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> unit(0, 1);
+  const Topology topology = build_topology(original);
+  const Surface surface(original, topology);
+  const double level = 0.06 * std::pow(12.0, unit(random));
+  const double white = unit(random) < 0.6 ? 0 : 0.4 * std::pow(unit(random), 2);
+  const int center = 1 + static_cast<int>(6.999 * unit(random)), waves = 1 + static_cast<int>(4 * unit(random));
+  std::array<double, NoiseSpectrum::kSteps.size()> shares{};
+  if (unit(random) < 0.5) {
+    shares[static_cast<std::size_t>(center)] = 1;
+  } else {
+    for (int wave = 0; wave < waves; ++wave) {
+      const int part = std::clamp(center + static_cast<int>(5 * unit(random)) - 2, 1, 7);
+      shares[static_cast<std::size_t>(part)] += 0.2 + unit(random);
+    }
+  }
+  const double sum = std::accumulate(shares.begin(), shares.end(), 0.0);
+  NoiseSpectrum spectrum;
+  for (std::size_t k = 0; k < shares.size(); ++k) spectrum.variances[k] = level * level * (1 - white) * shares[k] / sum;
+  spectrum.variances[0] += level * level * white;
+  ThreadTeam alone(1);
+  const std::vector<double> noise =
+      spectrum.sample(LazyWalk(surface, alone), original.positions.size(), static_cast<std::uint32_t>(random()));
+  const std::vector<Vec3> normals = unit_vertex_normals(original, topology);
+  Mesh noisy = original;
+  for (std::size_t v = 0; v < noise.size(); ++v) noisy.positions[v] += surface.unit * noise[v] * normals[v];
+  return noisy;
+}
 
 Mesh ModelFile::read() const { return decode_mesh(test::read_file(path), format_from_filename(path.string())).mesh; }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,9 @@ struct ModelFile {
 
 /// Those of a folder, by name.
 std::vector<ModelFile> model_files(const std::string& folder);
+
+/// A mesh with noise of one wavelength or of several along the normals, of 0.06 to 0.72 edge lengths.
+Mesh with_waves(const Mesh& original, std::mt19937_64& random);
 
 /// Prints what the model of scans sees of training models with correlated noise, with independent noise, and without,
 /// and the errors of the settings and of the automatic one for independent noise; a pair per line.

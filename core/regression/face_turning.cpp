@@ -1,0 +1,52 @@
+#include "core/regression/face_turning.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/graduated/energy.h"
+#include "core/graduated/lbfgs.h"
+
+namespace crease {
+namespace {
+
+constexpr float kAnchor = 0.4F;        ///< A; holds waves of ten edges and more
+constexpr float kFadingArea = 0.002F;  ///< where tiny faces would rather grow than turn, if it were larger
+constexpr float kFoldArea = 0.3F, kLargestArea = 0.9F;
+constexpr int kSteps = 10;
+
+/// Faces must keep a share of their area, seen from where they are to look.
+std::vector<float> least_areas(const FlatMesh& mesh, std::span<const float> positions) {
+  std::vector<float> areas(mesh.face_count);
+  for (std::size_t f = 0; f < areas.size(); ++f) {
+    const auto [x, y, z] = area_vector(mesh, positions, f);
+    areas[f] = kFoldArea * std::min(kLargestArea, std::sqrt(x * x + y * y + z * z));
+  }
+  return areas;
+}
+
+}  // namespace
+
+FlatVectors turned_towards(const FlatMesh& mesh, const FlatVectors& positions, FlatVectors normals,
+                           std::span<const float> precisions, ThreadTeam& team) {
+  GraduatedEnergy energy(mesh, positions);
+  energy.exponent = 2;
+  energy.edge_weights.assign(mesh.edge_count, 0);
+  energy.likelihood = kAnchor;
+  energy.fading_area = kFadingArea;
+  energy.least_areas = least_areas(mesh, positions);
+  energy.face_references = normals;
+  energy.face_targets = std::move(normals);
+  if (!precisions.empty()) energy.precisions.assign(precisions.begin(), precisions.end());
+  FlatVectors result = positions;
+  std::vector<float> curvatures;
+  LbfgsOptions search;
+  search.steps = kSteps;
+  search.diagonal = &curvatures;
+  search.on_start = [&] { curvatures = energy.inverse_curvatures(result, team); };
+  minimize([&](std::span<const float> x, std::span<float> gradient) { return energy(x, gradient, team); }, result,
+           search, team);
+  return result;
+}
+
+}  // namespace crease

@@ -1,0 +1,219 @@
+#include "core/regression/normal_features.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/graduated/fast_math.h"
+
+namespace crease {
+namespace {
+
+constexpr float kLeastShareOfArea = 0.02F;  ///< a face counts for no less than this share of the mean area
+constexpr float kLeastAveraged = 1e-4F;
+constexpr float kLeastExponent = -40;  ///< of weights; far within what fast_exp takes
+constexpr float kNoLength = 1e-12F;    ///< of a vector without a direction
+
+/// The averaged normals of a face: x, y, z of the upload, 0, x, y, z of the result, 0.
+struct alignas(32) Average {
+  Lanes normals;
+};
+using Averages = std::vector<Average>;
+
+/// What a face and the faces next to it weigh in a round; the sum is 1.
+using RoundWeights = std::array<float, 4>;
+
+float length_of(const std::array<float, 3>& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+
+/// Zero where there is no direction.
+std::array<float, 3> unit_of(const std::array<float, 3>& v) {
+  const float length = length_of(v);
+  return length > kNoLength ? std::array{v[0] / length, v[1] / length, v[2] / length} : std::array<float, 3>{};
+}
+
+/// Two axes that complete a unit vector to a frame [Duff et al. 2017].
+FaceFrame frame_of(const std::array<float, 3>& n) {
+  const float sign = std::copysign(1.0F, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
+  return {n, {1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]}, {b, sign + n[1] * n[1] * a, -n[1]}};
+}
+
+/// Axes of the planes of eight faces.
+struct LaneAxes {
+  LaneVectors first, second;
+};
+
+CREASE_LANES_INLINE Lanes dot(const LaneVectors& a, const LaneVectors& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+/// One round of averaging.
+CREASE_WIDE_CLONES void average(const FlatMesh& mesh, const std::vector<RoundWeights>& weights, const Averages& before,
+                                Averages& after, std::size_t begin, std::size_t end) {
+  for (std::size_t f = begin; f < end; ++f) {
+    Lanes sum = weights[f][3] * before[f].normals;
+    for (std::size_t k = 0; k < 3; ++k) {
+      sum += weights[f][k] * before[static_cast<std::size_t>(mesh.neighbors[k][f])].normals;
+    }
+    after[f].normals = sum;
+  }
+}
+
+/// Directions of averages within the planes of eight faces, as vector `item`; returns their lengths.
+CREASE_LANES_INLINE Lanes put_directions(const LaneVectors& averages, const LaneAxes& axes, std::size_t item,
+                                         NormalFeatures& features) {
+  const Lanes length = sqrt(averages.squared_norm()), inverse = length > kNoLength ? 1 / length : Lanes{};
+  features.x[item] = inverse * dot(averages, axes.first);
+  features.y[item] = inverse * dot(averages, axes.second);
+  return length;
+}
+
+/// Averages number `next` and `next + 1`, of the upload and of the result, of blocks of eight faces.
+CREASE_WIDE_CLONES void put_averages(const Averages& averages, const std::vector<LaneAxes>& axes, std::size_t next,
+                                     std::vector<NormalFeatures>& features, std::size_t begin, std::size_t end) {
+  for (std::size_t block = begin; block < end; ++block) {
+    const Average* rows = averages.data() + block * NormalFeatures::kFaces;
+    const std::array<LaneVectors, 2> sources{transposed([&](std::size_t k) { return low(rows[k].normals); }),
+                                             transposed([&](std::size_t k) { return high(rows[k].normals); })};
+    for (std::size_t source = 0; source < sources.size(); ++source) {
+      NormalFeatures& of_block = features[block];
+      const Lanes length = put_directions(sources[source], axes[block], next + source + 1, of_block);
+      Lanes averaged_out = length < 1 ? kLeastAveraged + (1 - length) : kLeastAveraged + Lanes{};
+      for (std::size_t k = 0; k < NormalFeatures::kFaces; ++k) averaged_out[k] = fast_log(averaged_out[k]);
+      of_block.scalars[next + source] = averaged_out;
+    }
+  }
+}
+
+class Gathering {
+ public:
+  Gathering(const FlatMesh& mesh, std::span<const float> positions, ThreadTeam& team)
+      : mesh_(mesh),
+        team_(team),
+        areas_(mesh.face_count),
+        weights_(mesh.face_count),
+        features_((mesh.face_count + NormalFeatures::kFaces - 1) / NormalFeatures::kFaces),
+        axes_(features_.size()),
+        normals_(NormalFeatures::kFaces * features_.size()) {
+    for_each_face([&](std::size_t f) {
+      const auto now = area_vector(mesh, positions, f), before = unit_of(area_vector(mesh, mesh.measured, f));
+      const auto n = unit_of(now);
+      areas_[f] = length_of(now);
+      set_axes(f, frame_of(n));
+      normals_[f].normals = Lanes{before[0], before[1], before[2], 0, n[0], n[1], n[2], 0};
+    });
+    const auto count = static_cast<double>(std::max<std::size_t>(1, mesh.face_count));
+    mean_area_ = static_cast<float>(
+        block_sum<double>(mesh.face_count, team, [&](std::size_t f) { return static_cast<double>(areas_[f]); }) /
+        count);
+    for_each_face([&](std::size_t f) { areas_[f] = std::max(areas_[f], kLeastShareOfArea * mean_area_); });
+  }
+
+  std::vector<NormalFeatures> gathered(const DescentSight& sight) {
+    for_each_block([&](std::size_t begin, std::size_t end) {
+      for (std::size_t block = begin; block < end; ++block) put_upload(block);
+    });
+    std::size_t next = 0;
+    for (const NormalFeatures::Averaging& averaging : NormalFeatures::kAveragings) {
+      weigh(averaging.width);
+      Averages now = normals_, before(now.size());
+      int round = 0;
+      for (const int rounds : averaging.rounds) {
+        if (rounds == 0) break;
+        for (; round < rounds; ++round) {
+          now.swap(before);
+          team_.run(mesh_.face_count, kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
+            average(mesh_, weights_, before, now, begin, end);
+          });
+        }
+        for_each_block(
+            [&](std::size_t begin, std::size_t end) { put_averages(now, axes_, next, features_, begin, end); });
+        next += 2;
+      }
+    }
+    constexpr double kLeast = 1e-3;
+    const auto logarithm = [kLeast](double x) { return static_cast<float>(std::log(std::max(x, kLeast))); };
+    const std::array told{logarithm(sight.noise_sigma), static_cast<float>(sight.correlation_length),
+                          static_cast<float>(sight.isotropy), static_cast<float>(sight.exponent),
+                          logarithm(sight.weight)};
+    for_each_face([&](std::size_t f) {
+      for (std::size_t k = 0; k < told.size(); ++k) put_scalar(next + k, f, told[k]);
+      const float area = mean_area_ > 0 ? fast_log(areas_[f] / mean_area_) : 0;
+      put_scalar(next + told.size(), f, area);
+    });
+    return std::move(features_);
+  }
+
+ private:
+  template <typename Body>
+  void for_each_face(Body body) {
+    team_.run(mesh_.face_count, kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
+      for (std::size_t f = begin; f < end; ++f) body(f);
+    });
+  }
+
+  void put_scalar(std::size_t item, std::size_t face, float number) {
+    features_[face / NormalFeatures::kFaces].scalars[item][face % NormalFeatures::kFaces] = number;
+  }
+
+  template <typename Body>
+  void for_each_block(Body body) {
+    team_.run(features_.size(), kChunk / NormalFeatures::kFaces,
+              [&](std::size_t begin, std::size_t end, std::size_t) { body(begin, end); });
+  }
+
+  void set_axes(std::size_t face, const FaceFrame& frame) {
+    LaneAxes& axes = axes_[face / NormalFeatures::kFaces];
+    const std::size_t lane = face % NormalFeatures::kFaces;
+    const auto set = [lane](LaneVectors& lanes, const std::array<float, 3>& axis) {
+      lanes.x[lane] = axis[0];
+      lanes.y[lane] = axis[1];
+      lanes.z[lane] = axis[2];
+    };
+    set(axes.first, frame.first);
+    set(axes.second, frame.second);
+  }
+
+  void put_upload(std::size_t block) {
+    const Average* rows = normals_.data() + block * NormalFeatures::kFaces;
+    put_directions(transposed([&](std::size_t k) { return low(rows[k].normals); }), axes_[block], 0, features_[block]);
+  }
+
+  void weigh(float width) {
+    const float factor = -0.5F / (width * width);
+    for_each_face([&](std::size_t f) {
+      RoundWeights& weights = weights_[f];
+      float sum = areas_[f];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto other = static_cast<std::size_t>(mesh_.neighbors[k][f]);
+        float square = 0;
+        for (std::size_t axis = 4; axis < 7; ++axis) {
+          const float d = normals_[f].normals[axis] - normals_[other].normals[axis];
+          square += d * d;
+        }
+        weights[k] = other == f ? 0 : areas_[other] * fast_exp(std::max(factor * square, kLeastExponent));
+        sum += weights[k];
+      }
+      for (std::size_t k = 0; k < 3; ++k) weights[k] /= sum;
+      weights[3] = areas_[f] / sum;
+    });
+  }
+
+  const FlatMesh& mesh_;
+  ThreadTeam& team_;
+  std::vector<float> areas_;
+  float mean_area_ = 0;
+  std::vector<RoundWeights> weights_;
+  std::vector<NormalFeatures> features_;
+  std::vector<LaneAxes> axes_;  ///< per block
+  Averages normals_;            ///< as many as there are lanes
+};
+
+}  // namespace
+
+FaceFrame face_frame(const FlatMesh& mesh, std::span<const float> positions, std::size_t face) {
+  return frame_of(unit_of(area_vector(mesh, positions, face)));
+}
+
+std::vector<NormalFeatures> normal_features(const FlatMesh& mesh, std::span<const float> positions,
+                                            const DescentSight& sight, ThreadTeam& team) {
+  return Gathering(mesh, positions, team).gathered(sight);
+}
+
+}  // namespace crease

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <array>
+
+#include "core/regression/normal_features.h"
+
+namespace crease {
+
+/// Mixtures of the vectors of NormalFeatures; logarithms of the lengths of both, and the scalars, go through two layers
+/// of rectified units to factors, which the mixtures and the vectors are summed with.
+struct NormalNetwork {
+  static constexpr std::size_t kMixtures = 39, kHidden = 64, kFactors = kMixtures + NormalFeatures::kVectors;
+  static constexpr std::size_t kInputs = kFactors + NormalFeatures::kScalars;
+
+  template <std::size_t outputs, std::size_t inputs>
+  using Weights = std::array<std::array<float, inputs>, outputs>;
+
+  Weights<kMixtures, NormalFeatures::kVectors> mixing;
+  Weights<kHidden, kInputs> first;
+  std::array<float, kHidden> first_bias;
+  Weights<kHidden, kHidden> second;
+  std::array<float, kHidden> second_bias;
+  Weights<kFactors, kHidden> third;
+  std::array<float, kFactors> third_bias;
+};
+
+extern const NormalNetwork kNormalNetwork;
+
+}  // namespace crease

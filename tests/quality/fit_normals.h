@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string>
+
+#include "tests/quality/fit_scans.h"
+
+namespace crease::quality {
+
+/// Writes what the regression of normals sees of faces of results, and where they should look, to a file that
+/// fit_normals.py reads: models of the training pairs and of folders with all kinds of noise.
+void measure_normals(const Part& of, const std::string& file);
+
+}  // namespace crease::quality

@@ -1,0 +1,173 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/graduated/energy.h"
+#include "core/measure/measure.h"
+#include "core/measure/noise.h"
+#include "core/regression/face_turning.h"
+#include "core/regression/normal_regression.h"
+#include "tests/support/meshes.h"
+
+namespace crease {
+namespace {
+
+constexpr DescentSight kSight{.noise_sigma = 0.2, .weight = 0.1};
+
+FlatMesh flat(const Mesh& mesh) { return FlatMesh(Surface(mesh, build_topology(mesh))); }
+
+Vec3 vector_of(std::span<const float> flat, std::size_t i) {
+  const auto v = vector_at(flat, i);
+  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
+
+/// What the regression says of a noisy mesh whose result is a quieter one.
+FlatVectors normals_of(const FlatMesh& noisy, const FlatMesh& quieter, std::uint32_t threads = 1, float amount = 1) {
+  ThreadTeam team(threads);
+  return regressed_normals(noisy, quieter.measured, kSight, amount, team);
+}
+
+struct NoisyPart {
+  Mesh noisy, quieter;
+};
+NoisyPart noisy_part() {
+  const Mesh part = test::cad_part(6).mesh;
+  return {add_noise(part, 0.2, 1, NoiseKind::kGaussian), add_noise(part, 0.05, 2, NoiseKind::kGaussian)};
+}
+
+Mesh transformed(Mesh mesh, const Eigen::Matrix3d& matrix) {
+  for (Vec3& p : mesh.positions) p = matrix * p;
+  if (matrix.determinant() < 0) {
+    for (Triangle& t : mesh.triangles) std::swap(t[0], t[1]);
+  }
+  return mesh;
+}
+
+/// The frame of a face is arbitrary; what is found must not be.
+TEST(NormalRegression, TurnsAndMirrorsWithTheMesh) {
+  const auto [noisy, quieter] = noisy_part();
+  const FlatVectors before = normals_of(flat(noisy), flat(quieter));
+  Eigen::Matrix3d turn = Eigen::AngleAxisd(2, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  for (const double side : {1.0, -1.0}) {
+    const Eigen::Matrix3d matrix = turn * Vec3(1, 1, side).asDiagonal();
+    const FlatVectors after = normals_of(flat(transformed(noisy, matrix)), flat(transformed(quieter, matrix)));
+    for (std::size_t f = 0; f < noisy.triangles.size(); ++f) {
+      EXPECT_NEAR((matrix * vector_of(before, f) - vector_of(after, f)).norm(), 0, 2e-3) << f;
+    }
+  }
+}
+
+TEST(NormalRegression, IsTheSameForAnyNumberOfThreads) {
+  const auto [noisy, quieter] = noisy_part();
+  EXPECT_EQ(normals_of(flat(noisy), flat(quieter), 1), normals_of(flat(noisy), flat(quieter), 3));
+}
+
+TEST(NormalRegression, LeavesNormalsAloneByNoAmountAndTurnsThemByMore) {
+  const auto [noisy, quieter] = noisy_part();
+  const FlatMesh mesh = flat(noisy), result = flat(quieter);
+  const FlatVectors none = normals_of(mesh, result, 1, 0), half = normals_of(mesh, result, 1, 0.5F),
+                    whole = normals_of(mesh, result);
+  double half_way = 0, all_the_way = 0;
+  for (std::size_t f = 0; f < mesh.face_count; ++f) {
+    const Vec3 n = vector_of(face_frame(result, result.measured, f).normal, 0);
+    EXPECT_NEAR((vector_of(none, f) - n).norm(), 0, 1e-6);
+    EXPECT_NEAR(vector_of(whole, f).norm(), 1, 1e-5);
+    half_way += (vector_of(half, f) - n).norm();
+    all_the_way += (vector_of(whole, f) - n).norm();
+  }
+  EXPECT_GT(half_way, 0);
+  EXPECT_GT(all_the_way, 1.5 * half_way);
+}
+
+/// A network that was never told of this shape.
+TEST(NormalRegression, BringsNormalsNearerToTheSurface) {
+  const Mesh original = test::cylinder(48, 40, 1, 3);
+  const FlatMesh noisy = flat(add_noise(original, 0.2, 1, NoiseKind::kGaussian));
+  const FlatMesh quieter = flat(add_noise(original, 0.04, 1, NoiseKind::kGaussian)), truth = flat(original);
+  const FlatVectors normals = normals_of(noisy, quieter);
+  double before = 0, after = 0;
+  for (std::size_t f = 0; f < truth.face_count; ++f) {
+    const Vec3 n = vector_of(face_frame(truth, truth.measured, f).normal, 0);
+    before += (vector_of(face_frame(quieter, quieter.measured, f).normal, 0) - n).norm();
+    after += (vector_of(normals, f) - n).norm();
+  }
+  EXPECT_LT(after, 0.8 * before);
+}
+
+/// The weight between two faces that lie on each other was once not a number, and spread.
+TEST(NormalFeatures, AreFiniteAtTheSharpestFolds) {
+  Mesh mesh = test::grid(8, 8);
+  for (Vec3& p : mesh.positions) {
+    if (p.x() > 4) p = Vec3(8 - p.x(), p.y(), 1e-4);
+  }
+  ThreadTeam alone(1);
+  const FlatMesh folded = flat(mesh);
+  const auto blocks = normal_features(folded, folded.measured, kSight, alone);
+  for (std::size_t f = 0; f < folded.face_count; ++f) {
+    const NormalFeatures& block = blocks[f / NormalFeatures::kFaces];
+    const std::size_t lane = f % NormalFeatures::kFaces;
+    for (std::size_t k = 0; k < NormalFeatures::kVectors; ++k) {
+      EXPECT_LE(std::hypot(block.x[k][lane], block.y[k][lane]), 1 + 1e-5) << f << " " << k;
+    }
+    for (const Lanes& scalars : block.scalars.items) EXPECT_LE(std::abs(scalars[lane]), 20) << f;
+  }
+}
+
+TEST(NormalRegression, GivesFacesWithoutAreaNoNormal) {
+  for (const auto& [name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
+    const Topology topology = build_topology(mesh);
+    if (!has_extent(mesh, topology)) continue;
+    const FlatMesh flat_mesh{Surface(mesh, topology)};
+    const FlatVectors normals = normals_of(flat_mesh, flat_mesh);
+    for (std::size_t f = 0; f < flat_mesh.face_count; ++f) {
+      const auto area = area_vector(flat_mesh, flat_mesh.measured, f);
+      const bool flat_face = area == std::array<float, 3>{};
+      EXPECT_NEAR(vector_of(normals, f).norm(), flat_face ? 0 : 1, 1e-4) << name << " " << f;
+    }
+  }
+}
+
+/// Normals of a short wave over a plane bring the wave up; a long one is held where the positions have it.
+TEST(TurnedTowards, FindsTheSurfaceThatTheNormalsAreOf) {
+  const auto share_that_is_left = [](double length) {
+    const Mesh plane = test::grid(40, 40);
+    Mesh wave = plane;
+    for (Vec3& p : wave.positions) p.z() = 0.02 * length * std::sin(2 * std::numbers::pi * p.x() / length);
+    const FlatMesh start = flat(plane), goal = flat(wave);
+    FlatVectors normals(3 * goal.face_count);
+    for (std::size_t f = 0; f < goal.face_count; ++f) {
+      const auto n = face_frame(goal, goal.measured, f).normal;
+      for (std::size_t axis = 0; axis < 3; ++axis) normals[axis * goal.face_count + f] = n[axis];
+    }
+    ThreadTeam one(1), two(2);
+    const FlatVectors found = turned_towards(start, start.measured, normals, {}, one);
+    EXPECT_EQ(found, turned_towards(start, start.measured, normals, {}, two));
+    double before = 0, after = 0;
+    for (std::size_t f = 0; f < goal.face_count; ++f) {
+      const Vec3 n = vector_of(normals, f);
+      before += (vector_of(face_frame(start, start.measured, f).normal, 0) - n).norm();
+      after += (vector_of(face_frame(start, found, f).normal, 0) - n).norm();
+    }
+    return after / before;
+  };
+  EXPECT_LT(share_that_is_left(4), 0.25);
+  EXPECT_GT(share_that_is_left(40), 0.6);
+}
+
+TEST(TurnedTowards, LeavesFacesWithoutATargetAndVerticesThatAreHeldWhereTheyAre) {
+  const FlatMesh mesh = flat(test::grid(6, 6));
+  ThreadTeam alone(1);
+  EXPECT_EQ(turned_towards(mesh, mesh.measured, FlatVectors(3 * mesh.face_count, 0), {}, alone), mesh.measured);
+  FlatVectors tilted(3 * mesh.face_count, 0);
+  std::fill(tilted.begin(), tilted.begin() + static_cast<std::ptrdiff_t>(mesh.face_count), 0.6F);
+  std::fill(tilted.end() - static_cast<std::ptrdiff_t>(mesh.face_count), tilted.end(), 0.8F);
+  const std::vector<float> held(mesh.vertex_count, 1e6F);
+  const FlatVectors found = turned_towards(mesh, mesh.measured, tilted, held, alone);
+  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], mesh.measured[i], 1e-4);
+}
+
+}  // namespace
+}  // namespace crease
