@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #if defined(__SSE2__)
 #include <emmintrin.h>
@@ -14,6 +15,8 @@ namespace crease {
 /// neither fuses multiplications with additions.
 using Lanes [[gnu::vector_size(32)]] = float;
 using HalfLanes [[gnu::vector_size(16)]] = float;
+using IntLanes [[gnu::vector_size(32)]] = std::int32_t;
+using ShortLanes [[gnu::vector_size(16)]] = std::int16_t;
 
 // Sanitizers are not yet initialised when the program picks a clone. clang 14 does not flatten clones.
 #if defined(__x86_64__) && defined(__ELF__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) && \

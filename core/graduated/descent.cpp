@@ -64,6 +64,7 @@ GraduatedResult GraduatedDescent::run(const StageObserver& observer) {
     search.longest_move = 0.5F;
     search.solve = [&](std::span<float> step) { options_.metric->solve(step); };
   } else {
+    search.least_gain = 3e-5;
     search.diagonal = &inverse_curvatures_;
   }
   for (int stage = first_stage_; stage < options_.stages; ++stage) {

@@ -59,8 +59,8 @@ CREASE_WIDE_CLONES void average(const FlatMesh& mesh, const std::vector<RoundWei
 CREASE_LANES_INLINE Lanes put_directions(const LaneVectors& averages, const LaneAxes& axes, std::size_t item,
                                          NormalFeatures& features) {
   const Lanes length = sqrt(averages.squared_norm()), inverse = length > kNoLength ? 1 / length : Lanes{};
-  features.x[item] = inverse * dot(averages, axes.first);
-  features.y[item] = inverse * dot(averages, axes.second);
+  features.x[item].store(inverse * dot(averages, axes.first));
+  features.y[item].store(inverse * dot(averages, axes.second));
   return length;
 }
 
@@ -74,9 +74,8 @@ CREASE_WIDE_CLONES void put_averages(const Averages& averages, const std::vector
     for (std::size_t source = 0; source < sources.size(); ++source) {
       NormalFeatures& of_block = features[block];
       const Lanes length = put_directions(sources[source], axes[block], next + source + 1, of_block);
-      Lanes averaged_out = length < 1 ? kLeastAveraged + (1 - length) : kLeastAveraged + Lanes{};
-      for (std::size_t k = 0; k < NormalFeatures::kFaces; ++k) averaged_out[k] = fast_log(averaged_out[k]);
-      of_block.scalars[next + source] = averaged_out;
+      const Lanes averaged_out = length < 1 ? 1 - length : Lanes{};
+      of_block.scalars[next + source].store(fast_log(kLeastAveraged + averaged_out));
     }
   }
 }
@@ -132,10 +131,11 @@ class Gathering {
     const std::array told{logarithm(sight.noise_sigma), static_cast<float>(sight.correlation_length),
                           static_cast<float>(sight.isotropy), static_cast<float>(sight.exponent),
                           logarithm(sight.weight)};
-    for_each_face([&](std::size_t f) {
-      for (std::size_t k = 0; k < told.size(); ++k) put_scalar(next + k, f, told[k]);
-      const float area = mean_area_ > 0 ? fast_log(areas_[f] / mean_area_) : 0;
-      put_scalar(next + told.size(), f, area);
+    for_each_block([&](std::size_t begin, std::size_t end) {
+      for (std::size_t block = begin; block < end; ++block) {
+        for (std::size_t k = 0; k < told.size(); ++k) features_[block].scalars[next + k].store(told[k] + Lanes{});
+        features_[block].scalars[next + told.size()].store(log_areas(block));
+      }
     });
     return std::move(features_);
   }
@@ -146,10 +146,6 @@ class Gathering {
     team_.run(mesh_.face_count, kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
       for (std::size_t f = begin; f < end; ++f) body(f);
     });
-  }
-
-  void put_scalar(std::size_t item, std::size_t face, float number) {
-    features_[face / NormalFeatures::kFaces].scalars[item][face % NormalFeatures::kFaces] = number;
   }
 
   template <typename Body>
@@ -173,6 +169,16 @@ class Gathering {
   void put_upload(std::size_t block) {
     const Average* rows = normals_.data() + block * NormalFeatures::kFaces;
     put_directions(transposed([&](std::size_t k) { return low(rows[k].normals); }), axes_[block], 0, features_[block]);
+  }
+
+  /// Of a block, over the mean; 0 for lanes without a face.
+  Lanes log_areas(std::size_t block) const {
+    Lanes ratios = 1 + Lanes{};
+    for (std::size_t k = 0; k < NormalFeatures::kFaces && mean_area_ > 0; ++k) {
+      const std::size_t face = block * NormalFeatures::kFaces + k;
+      if (face < areas_.size()) ratios[k] = areas_[face] / mean_area_;
+    }
+    return fast_log(ratios);
   }
 
   void weigh(float width) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -10,11 +11,31 @@
 
 namespace crease {
 
+/// Eight numbers in sixteen bits each, in steps of 1/`steps`; what is too large is the largest. In single precision the
+/// features of a million faces would take 320 MB.
+template <int steps>
+class PackedLanes {
+ public:
+  CREASE_LANES_INLINE void store(const Lanes& numbers) {
+    const Lanes many = numbers * static_cast<float>(steps), above = many > -kLargest ? many : -kLargest + Lanes{};  // no number: the least
+    const Lanes scaled = above < kLargest ? above : kLargest + Lanes{};
+    const Lanes rounded = scaled + (scaled < 0 ? -0.5F + Lanes{} : 0.5F + Lanes{});
+    numbers_ = __builtin_convertvector(__builtin_convertvector(rounded, IntLanes), ShortLanes);
+  }
+  CREASE_LANES_INLINE Lanes load() const {
+    return __builtin_convertvector(__builtin_convertvector(numbers_, IntLanes), Lanes) * (1 / static_cast<float>(steps));
+  }
+
+ private:
+  static constexpr float kLargest = 32767;
+  ShortLanes numbers_{};
+};
+
 /// What the regression of normals sees of eight faces, one in each lane. Normals of the upload and of the result are
 /// averaged over ever wider neighbourhoods; joint bilateral weights [Petschnigg et al. 2004] keep the averages on their
 /// side of the ridges of the result. `x` and `y` are the parts of these averages within the plane of the face, in a
 /// frame that is arbitrary: what is learnt from them must not depend on it.
-struct alignas(32) NormalFeatures {
+struct NormalFeatures {
   static constexpr std::size_t kFaces = 8;
 
   /// Averages with weights that fall off over a `width` in ‖n_i − n_j‖, after so many rounds of averaging over the
@@ -29,8 +50,8 @@ struct alignas(32) NormalFeatures {
   static constexpr std::size_t kVectors = kAverages + 1;  ///< and the normal of the upload itself
   static constexpr std::size_t kScalars = kAverages + 6;  ///< how much each is averaged out; area; DescentSight
 
-  LaneArray<kVectors> x, y;
-  LaneArray<kScalars> scalars;
+  std::array<PackedLanes<32'000>, kVectors> x, y;     ///< −1 to 1
+  std::array<PackedLanes<1000>, kScalars> scalars;  ///< −32 to 32
 };
 
 /// How a result came about.

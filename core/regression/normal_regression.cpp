@@ -14,13 +14,8 @@ constexpr std::size_t kLanes = NormalFeatures::kFaces;
 constexpr float kFloor = 1e-3F;     ///< lengths count from here on
 constexpr float kSteepestTurn = 1;  ///< tangent of the largest turn
 
-CREASE_LANES_INLINE Lanes log_of(const Lanes& x) {
-  alignas(32) std::array<float, kLanes> numbers{};
-  std::memcpy(numbers.data(), &x, sizeof x);
-  for (float& number : numbers) number = fast_log(number);
-  Lanes result;
-  std::memcpy(&result, numbers.data(), sizeof result);
-  return result;
+CREASE_LANES_INLINE Lanes log_length(const Lanes& x, const Lanes& y) {
+  return fast_log(kFloor + sqrt(x * x + y * y));
 }
 
 template <std::size_t outputs, std::size_t inputs>
@@ -59,16 +54,20 @@ CREASE_WIDE_CLONES void find_turns(const NormalFeatures* blocks, Turns* turns, s
   using Network = NormalNetwork;
   constexpr std::size_t kVectors = NormalFeatures::kVectors, kMixtures = Network::kMixtures;
   for (std::size_t b = 0; b < count; ++b) {
-    const NormalFeatures& block = blocks[b];
-    LaneArray<kMixtures> x, y;
-    apply(kNormalNetwork.mixing, {}, block.x, x);
-    apply(kNormalNetwork.mixing, {}, block.y, y);
-    LaneArray<Network::kInputs> in;
-    for (std::size_t k = 0; k < kMixtures; ++k) in[k] = log_of(kFloor + sqrt(x[k] * x[k] + y[k] * y[k]));
+    LaneArray<kVectors> block_x, block_y;
     for (std::size_t k = 0; k < kVectors; ++k) {
-      in[kMixtures + k] = log_of(kFloor + sqrt(block.x[k] * block.x[k] + block.y[k] * block.y[k]));
+      block_x[k] = blocks[b].x[k].load();
+      block_y[k] = blocks[b].y[k].load();
     }
-    for (std::size_t k = 0; k < NormalFeatures::kScalars; ++k) in[kMixtures + kVectors + k] = block.scalars[k];
+    LaneArray<kMixtures> x, y;
+    apply(kNormalNetwork.mixing, {}, block_x, x);
+    apply(kNormalNetwork.mixing, {}, block_y, y);
+    LaneArray<Network::kInputs> in;
+    for (std::size_t k = 0; k < kMixtures; ++k) in[k] = log_length(x[k], y[k]);
+    for (std::size_t k = 0; k < kVectors; ++k) in[kMixtures + k] = log_length(block_x[k], block_y[k]);
+    for (std::size_t k = 0; k < NormalFeatures::kScalars; ++k) {
+      in[kMixtures + kVectors + k] = blocks[b].scalars[k].load();
+    }
     LaneArray<Network::kHidden> first, second;
     apply(kNormalNetwork.first, kNormalNetwork.first_bias, in, first);
     rectify(first);
@@ -82,8 +81,8 @@ CREASE_WIDE_CLONES void find_turns(const NormalFeatures* blocks, Turns* turns, s
       sum.y += factors[k] * y[k];
     }
     for (std::size_t k = 0; k < kVectors; ++k) {
-      sum.x += factors[kMixtures + k] * block.x[k];
-      sum.y += factors[kMixtures + k] * block.y[k];
+      sum.x += factors[kMixtures + k] * block_x[k];
+      sum.y += factors[kMixtures + k] * block_y[k];
     }
     turns[b] = sum;
   }

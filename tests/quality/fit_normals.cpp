@@ -81,9 +81,9 @@ class Writer {
       put(static_cast<float>(pairs_));
       put(static_cast<float>(error));
       const NormalFeatures& block = features[f / kLanes];
-      for (const Lanes& lanes : block.x.items) put(lanes[f % kLanes]);
-      for (const Lanes& lanes : block.y.items) put(lanes[f % kLanes]);
-      for (const Lanes& lanes : block.scalars.items) put(lanes[f % kLanes]);
+      for (const auto& lanes : block.x) put(lanes.load()[f % kLanes]);
+      for (const auto& lanes : block.y) put(lanes.load()[f % kLanes]);
+      for (const auto& lanes : block.scalars) put(lanes.load()[f % kLanes]);
       for (const float number : targets[f]) put(number);
     }
     ++pairs_;
