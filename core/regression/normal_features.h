@@ -17,13 +17,15 @@ template <int steps>
 class PackedLanes {
  public:
   CREASE_LANES_INLINE void store(const Lanes& numbers) {
-    const Lanes many = numbers * static_cast<float>(steps), above = many > -kLargest ? many : -kLargest + Lanes{};  // no number: the least
+    const Lanes many = numbers * static_cast<float>(steps),
+                above = many > -kLargest ? many : -kLargest + Lanes{};  // no number: the least
     const Lanes scaled = above < kLargest ? above : kLargest + Lanes{};
     const Lanes rounded = scaled + (scaled < 0 ? -0.5F + Lanes{} : 0.5F + Lanes{});
     numbers_ = __builtin_convertvector(__builtin_convertvector(rounded, IntLanes), ShortLanes);
   }
   CREASE_LANES_INLINE Lanes load() const {
-    return __builtin_convertvector(__builtin_convertvector(numbers_, IntLanes), Lanes) * (1 / static_cast<float>(steps));
+    return __builtin_convertvector(__builtin_convertvector(numbers_, IntLanes), Lanes) *
+           (1 / static_cast<float>(steps));
   }
 
  private:
@@ -50,7 +52,7 @@ struct NormalFeatures {
   static constexpr std::size_t kVectors = kAverages + 1;  ///< and the normal of the upload itself
   static constexpr std::size_t kScalars = kAverages + 6;  ///< how much each is averaged out; area; DescentSight
 
-  std::array<PackedLanes<32'000>, kVectors> x, y;     ///< −1 to 1
+  std::array<PackedLanes<32'000>, kVectors> x, y;   ///< −1 to 1
   std::array<PackedLanes<1000>, kScalars> scalars;  ///< −32 to 32
 };
 

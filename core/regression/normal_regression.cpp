@@ -14,9 +14,7 @@ constexpr std::size_t kLanes = NormalFeatures::kFaces;
 constexpr float kFloor = 1e-3F;     ///< lengths count from here on
 constexpr float kSteepestTurn = 1;  ///< tangent of the largest turn
 
-CREASE_LANES_INLINE Lanes log_length(const Lanes& x, const Lanes& y) {
-  return fast_log(kFloor + sqrt(x * x + y * y));
-}
+CREASE_LANES_INLINE Lanes log_length(const Lanes& x, const Lanes& y) { return fast_log(kFloor + sqrt(x * x + y * y)); }
 
 template <std::size_t outputs, std::size_t inputs>
 using Weights = NormalNetwork::Weights<outputs, inputs>;

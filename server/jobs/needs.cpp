@@ -6,7 +6,7 @@ namespace creased {
 namespace {
 
 // Measured, as address space, on closed and open meshes, on vertices without faces and faces without neighbours, of ten
-// thousand to a million faces: the program takes 28 MiB; the automatic setting 1.2 kB for a vertex and 2.3 kB for one
+// thousand to a million faces: the program takes 28 MiB; the automatic setting 1.2 kB for a vertex and 2.6 kB for one
 // with two faces and three edges, the sampler and the classical methods 0.3 and 1.5 kB. Half as much again is the
 // margin.
 constexpr std::uint64_t kProgramMemory = 48U << 20U, kThreadMemory = 2U << 20U, kUploadCopies = 3;
@@ -14,7 +14,7 @@ constexpr std::uint64_t kMemoryPerSweep = 512;
 struct SiteMemory {
   std::uint64_t vertex, face, edge;
 };
-constexpr SiteMemory kAutomaticMemory{1800, 350, 350}, kSamplerMemory{600, 360, 300};
+constexpr SiteMemory kAutomaticMemory{1800, 420, 350}, kSamplerMemory{600, 360, 300};
 // Measured: results have up to 72 bytes for a vertex, 16 for a face and 28 for an edge; checkpoints of the sampler up
 // to 120, 60 and 16; a record of a sweep 130. As text, numbers need three times as much.
 constexpr std::uint64_t kFilePerSite = 512, kFilePerSweep = 1024, kFileForm = 1U << 20U;
