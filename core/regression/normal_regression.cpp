@@ -109,8 +109,8 @@ FlatVectors regressed_normals(const FlatMesh& mesh, std::span<const float> posit
         squares += n[axis] * n[axis];
       }
       const bool has_normal = frame.normal != std::array<float, 3>{} && std::isfinite(squares);
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        normals[axis * faces + f] = has_normal ? n[axis] / std::sqrt(squares) : 0;
+      const float inverse = has_normal ? 1 / std::sqrt(squares) : 0;
+      for (std::size_t axis = 0; axis < 3; ++axis) normals[axis * faces + f] = has_normal ? n[axis] * inverse : 0;
     }
   });
   return normals;
