@@ -17,11 +17,11 @@ constexpr float kSteepestTurn = 1;  ///< tangent of the largest turn
 CREASE_LANES_INLINE Lanes log_length(const Lanes& x, const Lanes& y) { return fast_log(kFloor + sqrt(x * x + y * y)); }
 
 template <std::size_t outputs, std::size_t inputs>
-using Weights = NormalNetwork::Weights<outputs, inputs>;
+using Matrix = NormalNetwork::Weights<outputs, inputs>;
 
 /// Outputs `first` to `first + count` of `apply`.
 template <std::size_t count, std::size_t outputs, std::size_t inputs>
-CREASE_LANES_INLINE void apply_some(const Weights<outputs, inputs>& weights, const std::array<float, outputs>& bias,
+CREASE_LANES_INLINE void apply_some(const Matrix<outputs, inputs>& weights, const std::array<float, outputs>& bias,
                                     const LaneArray<inputs>& in, LaneArray<outputs>& out, std::size_t first) {
   LaneArray<count> sums{};
   for (std::size_t i = 0; i < inputs; ++i) {
@@ -32,7 +32,7 @@ CREASE_LANES_INLINE void apply_some(const Weights<outputs, inputs>& weights, con
 
 /// out_o = bias_o + Σ_i weights[o][i] in_i
 template <std::size_t outputs, std::size_t inputs>
-CREASE_LANES_INLINE void apply(const Weights<outputs, inputs>& weights, const std::array<float, outputs>& bias,
+CREASE_LANES_INLINE void apply(const Matrix<outputs, inputs>& weights, const std::array<float, outputs>& bias,
                                const LaneArray<inputs>& in, LaneArray<outputs>& out) {
   constexpr std::size_t kAtATime = 8, kRest = outputs % kAtATime;
   for (std::size_t o = 0; o + kAtATime <= outputs; o += kAtATime) apply_some<kAtATime>(weights, bias, in, out, o);

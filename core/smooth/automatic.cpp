@@ -30,14 +30,14 @@ constexpr double kUsualNoise = 0.2;
 
 /// The words of `surface`, but for "estimated", are those that families of potentials go by.
 constexpr bool surfaces_have_settings() {
-  constexpr auto words = words_of(SurfaceOption{});
+  constexpr auto kWords = words_of(SurfaceOption{});
   const auto has_settings = [](std::string_view word) {
     return std::ranges::any_of(kSettings, [&](const Setting& setting) { return setting.family.name == word; });
   };
   const auto is_word = [&](const Setting& setting) {
-    return std::ranges::find(words, setting.family.name) != words.end();
+    return std::ranges::find(kWords, setting.family.name) != kWords.end();
   };
-  return std::all_of(words.begin() + 1, words.end(), has_settings) && std::ranges::all_of(kSettings, is_word);
+  return std::all_of(kWords.begin() + 1, kWords.end(), has_settings) && std::ranges::all_of(kSettings, is_word);
 }
 static_assert(surfaces_have_settings());
 
