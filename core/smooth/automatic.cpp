@@ -352,7 +352,7 @@ class AutomaticRun {
   /// where there is little noise. Its constants were fitted to the training pairs of tests/quality.
   std::vector<double> labels(const std::vector<float>& angles, double noise_sigma) const {
     constexpr double kRidge = 25 * kDegree, kBias = 6 * kDegree, kLittleNoise = 0.08;
-    constexpr double kSlope = 0.5 * kDegree, kSlopeOfLittle = 5.5 * kDegree, kSlopeOfMore = 15 * kDegree;
+    constexpr double kSlope = 0.5 * kDegree, kSlopeOfLittle = 5 * kDegree, kSlopeOfMore = 13.5 * kDegree;
     const double little = std::min(1.0, noise_sigma / kLittleNoise), more = std::max(0.0, noise_sigma - kLittleNoise);
     const double middle = kRidge + kBias * little, slope = kSlope + kSlopeOfLittle * little + kSlopeOfMore * more;
     std::vector<double> of_renumbered(renumbered_.edges.size(), 0);
