@@ -48,7 +48,13 @@ struct NormalFeatures {
   };
   static constexpr std::array<Averaging, 3> kAveragings{
       {{0.15F, {1, 4, 16}}, {0.4F, {1, 4, 16}}, {10, {1, 2, 4, 8, 16, 32}}}};
-  static constexpr std::size_t kAverages = 2 * 12;
+  static constexpr std::size_t kAverages = [] {
+    std::size_t count = 0;
+    for (const Averaging& averaging : kAveragings) {
+      for (const int rounds : averaging.rounds) count += rounds > 0 ? 2 : 0;
+    }
+    return count;
+  }();
   static constexpr std::size_t kVectors = kAverages + 1;  ///< and the normal of the upload itself
   static constexpr std::size_t kScalars = kAverages + 6;  ///< how much each is averaged out; area; DescentSight
 

@@ -4,9 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <fstream>
-#include <functional>
 #include <random>
-#include <set>
 
 #include "core/choice/choice.h"
 #include "core/choice/families.h"
@@ -132,26 +130,12 @@ void measure_model(const Mesh& original, std::mt19937_64& random, Writer& writer
 void measure_normals(const Part& of, const std::string& file) {
   constexpr int kRounds = 6, kRoundsOfPairs = 8;
   Writer writer(file);
-  std::size_t next = 0;
-  const auto measure = [&](int rounds, const std::function<std::optional<Mesh>()>& load) {
-    if (next++ % of.parts != of.part) return;
-    const std::optional<Mesh> original = load();
-    std::mt19937_64 random(next);
+  const std::vector<TrainingModel> models = training_models({PairSet::kTraining}, of.models);
+  for (std::size_t i = of.part; i < models.size(); i += of.parts) {
+    const std::optional<Mesh> original = models[i].load();
+    std::mt19937_64 random(i + 1);
+    const int rounds = models[i].is_of_folder ? kRounds : kRoundsOfPairs;
     for (int round = 0; original && round < rounds; ++round) measure_model(*original, random, writer);
-  };
-  std::set<std::string> seen;
-  for (PairRecipe recipe : recipes_of(PairSet::kTraining)) {
-    if (recipe.noise == Noise::kMeasured || !seen.insert(recipe.model).second) continue;
-    recipe.noise = Noise::kNormal;
-    recipe.level = 0;
-    measure(kRoundsOfPairs, [&]() -> std::optional<Mesh> {
-      auto pair = build_pair(recipe, {});
-      if (!pair) return std::nullopt;
-      return std::move(pair->original);
-    });
-  }
-  for (const std::string& folder : of.models) {
-    for (const ModelFile& model : model_files(folder)) measure(kRounds, [&] { return model.read(); });
   }
 }
 

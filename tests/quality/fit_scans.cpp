@@ -28,37 +28,8 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kFewestOfScan = 1000, kMostFacesOfPair = 13'000, kIndependent = kScanSettings.size();
 
-constexpr std::size_t kRounds = 4, kRoundsOfParts = 2;  ///< of measuring every model
-
-struct TrainingModel {
-  std::string name, family;
-  std::size_t rounds = 0;                     ///< how often it is measured
-  std::function<std::optional<Mesh>()> load;  ///< none if it is not on this machine
-};
-
-/// Those of the training and development pairs, and those of folders. The latter are many, and mostly parts.
-std::vector<TrainingModel> training_models(const std::vector<std::string>& folders) {
-  std::vector<TrainingModel> models;
-  std::vector<PairRecipe> recipes = recipes_of(PairSet::kTraining);
-  std::ranges::copy(recipes_of(PairSet::kDevelopment), std::back_inserter(recipes));
-  std::set<std::string> seen;
-  for (PairRecipe recipe : recipes) {
-    if (recipe.noise == Noise::kMeasured || !seen.insert(recipe.model).second) continue;
-    recipe.noise = Noise::kNormal;
-    recipe.level = 0;
-    models.push_back({recipe.model, recipe.family, kRounds, [recipe]() -> std::optional<Mesh> {
-                        auto pair = build_pair(recipe, {});
-                        if (!pair) return std::nullopt;
-                        return std::move(pair->original);
-                      }});
-  }
-  for (const std::string& folder : folders) {
-    for (const ModelFile& file : model_files(folder)) {
-      models.push_back({file.name(), file.family(), kRoundsOfParts, [file] { return file.read(); }});
-    }
-  }
-  return models;
-}
+/// Of measuring every model. Those of folders are many, and mostly parts.
+constexpr std::size_t kRounds = 4, kRoundsOfParts = 2;
 
 struct ScanSample : Sample<ScanModel> {
   std::string noise;  ///< a word of tests/quality/noise_models.h, "none", "view", "view-white", or "view-none"
@@ -200,6 +171,30 @@ void report_cost(const std::vector<ScanSample>& samples, const OddsModel& odds) 
 
 }  // namespace
 
+std::vector<TrainingModel> training_models(std::initializer_list<PairSet> sets,
+                                           const std::vector<std::string>& folders) {
+  std::vector<TrainingModel> models;
+  std::set<std::string> seen;
+  for (const PairSet set : sets) {
+    for (PairRecipe recipe : recipes_of(set)) {
+      if (recipe.noise == Noise::kMeasured || !seen.insert(recipe.model).second) continue;
+      recipe.noise = Noise::kNormal;
+      recipe.level = 0;
+      models.push_back({recipe.model, recipe.family, false, [recipe]() -> std::optional<Mesh> {
+                          auto pair = build_pair(recipe, {});
+                          if (!pair) return std::nullopt;
+                          return std::move(pair->original);
+                        }});
+    }
+  }
+  for (const std::string& folder : folders) {
+    for (const ModelFile& file : model_files(folder)) {
+      models.push_back({file.name(), file.family(), true, [file] { return file.read(); }});
+    }
+  }
+  return models;
+}
+
 Mesh with_waves(const Mesh& original, std::mt19937_64& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   const Topology topology = build_topology(original);
@@ -239,10 +234,10 @@ std::vector<ModelFile> model_files(const std::string& folder) {
 }
 
 void measure_scans(const Part& of) {
-  const std::vector<TrainingModel> models = training_models(of.models);
+  const std::vector<TrainingModel> models = training_models({PairSet::kTraining, PairSet::kDevelopment}, of.models);
   for (std::size_t round = 0; round < kRounds; ++round) {
     for (std::size_t k = of.part; k < models.size(); k += of.parts) {
-      if (round >= models[k].rounds) continue;
+      if (round >= (models[k].is_of_folder ? kRoundsOfParts : kRounds)) continue;
       const std::optional<Mesh> original = models[k].load();
       if (!original) continue;
       std::mt19937_64 random(kRounds * k + round + 1);

@@ -1,11 +1,15 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <initializer_list>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "core/mesh/mesh.h"
+#include "tests/quality/pairs.h"
 
 namespace crease::quality {
 
@@ -26,6 +30,16 @@ struct ModelFile {
 
 /// Those of a folder, by name.
 std::vector<ModelFile> model_files(const std::string& folder);
+
+struct TrainingModel {
+  std::string name, family;
+  bool is_of_folder = false;
+  std::function<std::optional<Mesh>()> load;  ///< none if it is not on this machine
+};
+
+/// Those of the pairs of the sets, each once, and those of folders.
+std::vector<TrainingModel> training_models(std::initializer_list<PairSet> sets,
+                                           const std::vector<std::string>& folders);
 
 /// A mesh with noise of one wavelength or of several along the normals, of 0.06 to 0.72 edge lengths.
 Mesh with_waves(const Mesh& original, std::mt19937_64& random);
