@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 #include "core/geometry/lanes.h"
 
@@ -12,21 +13,57 @@ namespace {
 
 constexpr std::size_t kHistory = 5;
 constexpr std::size_t kSlots = kHistory + 1;  ///< one for the pair of the present step
-constexpr std::size_t kVectorBlock = 4096;
+constexpr std::size_t kVectorBlock = 1024;    ///< so many numbers of the whole history fit into the nearest cache
 constexpr double kSufficientDecrease = 1e-4;
 constexpr int kTrials = 12;
 constexpr int kPatience = 3;
 
-CREASE_WIDE_CLONES double dot_block(const float* a, const float* b, std::size_t count) {
-  std::array<float, 16> lanes{};
+/// Blocks of some vectors, and a number for each.
+using Blocks = std::array<const float*, kHistory>;
+using Factors = std::array<float, kHistory>;
+
+CREASE_LANES_INLINE Lanes eight(const float* numbers) {
+  Lanes result;
+  std::memcpy(&result, numbers, sizeof result);
+  return result;
+}
+
+/// Σ a_i b_i of each of some blocks b. Sixteen sums run side by side, whatever the machine's lanes are.
+template <std::size_t blocks>
+CREASE_LANES_INLINE std::array<double, blocks> products_of(const float* a, const std::array<const float*, blocks>& b,
+                                                           std::size_t count) {
+  LaneArray<blocks> even{}, odd{};
   std::size_t i = 0;
   for (; i + 16 <= count; i += 16) {
-    for (std::size_t k = 0; k < 16; ++k) lanes[k] += a[i + k] * b[i + k];
+    const Lanes first = eight(a + i), second = eight(a + i + 8);
+    for (std::size_t k = 0; k < blocks; ++k) {
+      even[k] += first * eight(b[k] + i);
+      odd[k] += second * eight(b[k] + i + 8);
+    }
   }
-  double sum = 0;
-  for (const float lane : lanes) sum += static_cast<double>(lane);
-  for (; i < count; ++i) sum += static_cast<double>(a[i] * b[i]);
-  return sum;
+  std::array<double, blocks> sums{};
+  for (std::size_t k = 0; k < blocks; ++k) {
+    sums[k] = static_cast<double>(sum(even[k] + odd[k]));
+    for (std::size_t rest = i; rest < count; ++rest) sums[k] += static_cast<double>(a[rest] * b[k][rest]);
+  }
+  return sums;
+}
+
+CREASE_WIDE_CLONES double dot_block(const float* a, const float* b, std::size_t count) {
+  return products_of<1>(a, {b}, count)[0];
+}
+
+CREASE_WIDE_CLONES std::array<double, kHistory> dot_blocks(const float* a, const Blocks& b, std::size_t count) {
+  return products_of<kHistory>(a, b, count);
+}
+
+/// What a pair of a step and a change has to do with the newest: step · gradient, step · newest change, newest step ·
+/// change.
+CREASE_WIDE_CLONES std::array<double, 3> dot_pair(const float* step, const float* change, const float* gradient,
+                                                  const float* newest_step, const float* newest_change,
+                                                  std::size_t count) {
+  const auto [with_gradient, with_change] = products_of<2>(step, {gradient, newest_change}, count);
+  return {with_gradient, with_change, products_of<1>(change, {newest_step}, count)[0]};
 }
 
 /// Σ a_i² b_i
@@ -42,9 +79,15 @@ CREASE_WIDE_CLONES double weighted_square_block(const float* a, const float* b, 
   return sum;
 }
 
-/// a += factor · b
-CREASE_WIDE_CLONES void add_block(float* __restrict a, float factor, const float* __restrict b, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) a[i] += factor * b[i];
+/// result = scale · (base + Σ_k factor_k · block_k)
+CREASE_WIDE_CLONES void combine_blocks(float* result, const float* base, float scale, const Factors& factors,
+                                       const Blocks& blocks, std::size_t count) {
+  CREASE_INDEPENDENT_PASSES
+  for (std::size_t i = 0; i < count; ++i) {
+    float sum = base[i];
+    for (std::size_t k = 0; k < kHistory; ++k) sum += factors[k] * blocks[k][i];
+    result[i] = scale * sum;
+  }
 }
 
 /// result = a + factor · b
@@ -167,17 +210,29 @@ class Search {
     return end_direction(factors);
   }
 
+  /// Blocks of the steps, or of the changes, the most recent first. Those of slots without a pair are zero or old; their
+  /// factors are zero.
+  Blocks blocks_of(std::vector<float> Pair::*vectors, std::size_t begin) {
+    Blocks blocks{};
+    for (std::size_t age = 0; age < kHistory; ++age) blocks[age] = (recent(age).*vectors).data() + begin;
+    return blocks;
+  }
+
+  /// The numbers of the slots by age.
+  Factors factors_by_age(const Products& numbers) const {
+    Factors factors{};
+    for (std::size_t age = 0; age < size_; ++age) factors[age] = static_cast<float>(at(numbers, age));
+    return factors;
+  }
+
   /// d = M (g − Σ α change). Returns its products with the changes.
   Products begin_direction(const Products& alpha) {
+    const Factors factors = factors_by_age(-alpha);
+    const auto scale = static_cast<float>(size_ > 0 && !options_.solve ? recent(0).metric_scale : 1);
     const Products products = sum_over_blocks([&](std::size_t begin, std::size_t count) {
       float* const d = d_.data() + begin;
-      std::copy_n(g_.data() + begin, count, d);
-      for (std::size_t age = 0; age < size_; ++age) {
-        add_block(d, static_cast<float>(-at(alpha, age)), recent(age).change.data() + begin, count);
-      }
+      combine_blocks(d, g_.data() + begin, scale, factors, blocks_of(&Pair::change, begin), count);
       if (options_.solve) return Products(Products::Zero());
-      const auto scale = static_cast<float>(size_ > 0 ? recent(0).metric_scale : 1);
-      for (std::size_t i = 0; i < count; ++i) d[i] *= scale;
       if (options_.diagonal != nullptr) multiply_block(d, options_.diagonal->data() + begin, count);
       return products_with_changes(begin, count);
     });
@@ -187,21 +242,18 @@ class Search {
   }
 
   Products products_with_changes(std::size_t begin, std::size_t count) {
+    const auto by_age = dot_blocks(d_.data() + begin, blocks_of(&Pair::change, begin), count);
     Products products = Products::Zero();
-    for (std::size_t age = 0; age < size_; ++age) {
-      at(products, age) = dot_block(d_.data() + begin, recent(age).change.data() + begin, count);
-    }
+    for (std::size_t age = 0; age < size_; ++age) at(products, age) = by_age[age];
     return products;
   }
 
   /// d = −(d + Σ factor · step). Returns its product with the gradient.
-  double end_direction(const Products& factors) {
+  double end_direction(const Products& numbers) {
+    const Factors factors = factors_by_age(numbers);
     return sum_over_blocks([&](std::size_t begin, std::size_t count) {
       float* const d = d_.data() + begin;
-      for (std::size_t age = 0; age < size_; ++age) {
-        add_block(d, static_cast<float>(at(factors, age)), recent(age).step.data() + begin, count);
-      }
-      for (std::size_t i = 0; i < count; ++i) d[i] = -d[i];
+      combine_blocks(d, d, -1, factors, blocks_of(&Pair::step, begin), count);
       return dot_block(d, g_.data() + begin, count);
     });
   }
@@ -226,7 +278,7 @@ class Search {
   bool move(double slope) {
     double length = first_length();
     for (int trial = 0; trial < kTrials; ++trial) {
-      team_.run(x_.size(), kVectorBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
+      team_.run(x_.size(), kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
         sum_block(trial_.data() + begin, x_.data() + begin, static_cast<float>(length), d_.data() + begin, end - begin);
       });
       const double value = function_(trial_, trial_g_);
@@ -274,9 +326,11 @@ class Search {
     for (std::size_t k = 0; k < kSlots; ++k) {
       if (k != next_ && !is_known(k)) continue;
       const auto place = static_cast<Eigen::Index>(k);
-      products.steps_times_gradient[place] = dot_block(pairs_[k].step.data() + begin, gradient, count);
-      products.steps_times_change[place] = dot_block(pairs_[k].step.data() + begin, change, count);
-      products.step_times_changes[place] = dot_block(step, pairs_[k].change.data() + begin, count);
+      const auto [gradients, steps, changes] =
+          dot_pair(pairs_[k].step.data() + begin, pairs_[k].change.data() + begin, gradient, step, change, count);
+      products.steps_times_gradient[place] = gradients;
+      products.steps_times_change[place] = steps;
+      products.step_times_changes[place] = changes;
     }
     products.squared_change = dot_block(change, change, count);
     products.squared_in_metric = options_.diagonal == nullptr
