@@ -91,13 +91,14 @@ void LinearField::linearize(const GraduatedEnergy& energy, std::span<const float
   precisions_ = energy.precisions;
   for (float& precision : precisions_) precision = std::max(precision, kLeastPrecision);
   const std::vector<float> angles = dihedral_angles(mesh_, positions);
+  const std::vector<float> stiffness = energy.stiffness();
   hinges_.resize(mesh_.edge_count);
   stencils_.resize(mesh_.edge_count);
   for (std::size_t e = 0; e < mesh_.edge_count; ++e) {
     hinges_[e] = {mesh_.edge_opposites[0][e], mesh_.edge_opposites[1][e], mesh_.edge_ends[0][e], mesh_.edge_ends[1][e]};
     stencils_[e] = stencil_of(positions, hinges_[e], energy.fading_area);
-    const float turn = 2 * std::sin(angles[e] / 2) / energy.edge_scales[e];
-    const float curvature = energy.stiffness()[e] * convexity(energy.exponent, turn * turn);
+    const float turn = 2 * std::sin(angles[e] / 2) / energy.edge_scale(e);
+    const float curvature = stiffness[e] * convexity(energy.exponent, turn * turn);
     const float scale = std::sqrt(curvature / (2 * energy.likelihood));
     for (float& value : stencils_[e]) value = std::isfinite(value * scale) ? value * scale : 0;
   }

@@ -48,6 +48,14 @@ CREASE_LANES_INLINE HalfLanes load(const float* numbers) {
   return result;
 }
 
+/// Loads eight numbers from memory.
+CREASE_LANES_INLINE Lanes eight(const float* numbers) {
+  Lanes result;
+  std::memcpy(&result, numbers, sizeof result);
+  return result;
+}
+CREASE_LANES_INLINE void store(const Lanes& lanes, float* numbers) { std::memcpy(numbers, &lanes, sizeof lanes); }
+
 CREASE_LANES_INLINE HalfLanes sqrt(const HalfLanes& x) {
 #if defined(__SSE2__)
   return _mm_sqrt_ps(x);
@@ -71,6 +79,13 @@ struct alignas(32) LaneArray {
   CREASE_LANES_INLINE const Lanes& operator[](std::size_t i) const { return items[i]; }
 };
 
+inline constexpr std::size_t kLaneCount = 8;
+
+/// A vector as x, y, z, 0, which a load brings at once.
+struct alignas(16) LaneRow {
+  HalfLanes row{};
+};
+
 /// Eight vectors, one in each lane.
 struct alignas(32) LaneVectors {
   Lanes x{}, y{}, z{};
@@ -78,11 +93,16 @@ struct alignas(32) LaneVectors {
   CREASE_LANES_INLINE friend LaneVectors operator-(const LaneVectors& a, const LaneVectors& b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
   }
+  CREASE_LANES_INLINE friend LaneVectors operator+(const LaneVectors& a, const LaneVectors& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
   CREASE_LANES_INLINE friend LaneVectors operator*(const Lanes& scale, const LaneVectors& a) {
     return {scale * a.x, scale * a.y, scale * a.z};
   }
   CREASE_LANES_INLINE Lanes squared_norm() const { return x * x + y * y + z * z; }
 };
+
+CREASE_LANES_INLINE Lanes dot(const LaneVectors& a, const LaneVectors& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 CREASE_LANES_INLINE LaneVectors cross(const LaneVectors& a, const LaneVectors& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
@@ -103,20 +123,32 @@ CREASE_LANES_INLINE LaneVectors shifted_up(const LaneVectors& a) {
 /// Puts vector k, which is `row(k)` = (x, y, z, ignored), into lane k.
 template <typename Row>
 CREASE_LANES_INLINE LaneVectors transposed(Row row) {
-  struct Half {
-    HalfLanes x, y, z;
+  const Lanes v04 = joined(row(0), row(4)), v15 = joined(row(1), row(5)), v26 = joined(row(2), row(6)),
+              v37 = joined(row(3), row(7));
+  const Lanes xy01 = __builtin_shufflevector(v04, v15, 0, 8, 1, 9, 4, 12, 5, 13),
+              xy23 = __builtin_shufflevector(v26, v37, 0, 8, 1, 9, 4, 12, 5, 13),
+              zw01 = __builtin_shufflevector(v04, v15, 2, 10, 3, 11, 6, 14, 7, 15),
+              zw23 = __builtin_shufflevector(v26, v37, 2, 10, 3, 11, 6, 14, 7, 15);
+  return {__builtin_shufflevector(xy01, xy23, 0, 1, 8, 9, 4, 5, 12, 13),
+          __builtin_shufflevector(xy01, xy23, 2, 3, 10, 11, 6, 7, 14, 15),
+          __builtin_shufflevector(zw01, zw23, 0, 1, 8, 9, 4, 5, 12, 13)};
+}
+
+/// Puts lane k into `row(k)`, as (x, y, z, 0).
+template <typename Row>
+CREASE_LANES_INLINE void put_rows(const LaneVectors& vectors, Row row) {
+  const Lanes none{}, xy01 = __builtin_shufflevector(vectors.x, vectors.y, 0, 8, 1, 9, 4, 12, 5, 13),
+                      xy23 = __builtin_shufflevector(vectors.x, vectors.y, 2, 10, 3, 11, 6, 14, 7, 15),
+                      z01 = __builtin_shufflevector(vectors.z, none, 0, 8, 1, 9, 4, 12, 5, 13),
+                      z23 = __builtin_shufflevector(vectors.z, none, 2, 10, 3, 11, 6, 14, 7, 15);
+  const auto put = [&](std::size_t k, const Lanes& rows) [[gnu::always_inline]] {
+    row(k) = low(rows);
+    row(k + 4) = high(rows);
   };
-  const auto half = [&](std::size_t k) [[gnu::always_inline]] {
-    const HalfLanes v0 = row(k), v1 = row(k + 1), v2 = row(k + 2), v3 = row(k + 3);
-    const HalfLanes xy01 = __builtin_shufflevector(v0, v1, 0, 4, 1, 5);
-    const HalfLanes xy23 = __builtin_shufflevector(v2, v3, 0, 4, 1, 5);
-    const HalfLanes zw01 = __builtin_shufflevector(v0, v1, 2, 6, 3, 7);
-    const HalfLanes zw23 = __builtin_shufflevector(v2, v3, 2, 6, 3, 7);
-    return Half{__builtin_shufflevector(xy01, xy23, 0, 1, 4, 5), __builtin_shufflevector(xy01, xy23, 2, 3, 6, 7),
-                __builtin_shufflevector(zw01, zw23, 0, 1, 4, 5)};
-  };
-  const Half a = half(0), b = half(4);
-  return {joined(a.x, b.x), joined(a.y, b.y), joined(a.z, b.z)};
+  put(0, __builtin_shufflevector(xy01, z01, 0, 1, 8, 9, 4, 5, 12, 13));
+  put(1, __builtin_shufflevector(xy01, z01, 2, 3, 10, 11, 6, 7, 14, 15));
+  put(2, __builtin_shufflevector(xy23, z23, 0, 1, 8, 9, 4, 5, 12, 13));
+  put(3, __builtin_shufflevector(xy23, z23, 2, 3, 10, 11, 6, 7, 14, 15));
 }
 
 }  // namespace crease

@@ -128,7 +128,7 @@ void GraduatedDescent::update_normals() {
   for_each(count, team_, [&](std::size_t v) {
     std::array<float, 3> sum{};
     for (const Index place : mesh_.vertex_corners[v]) {
-      const auto normal = vector_at(area_vectors_, place % faces);
+      const auto normal = vector_at(area_vectors_, place / 3);
       for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += normal[axis];
     }
     for (std::size_t axis = 0; axis < 3; ++axis) energy_.vertex_normals[axis * count + v] = sum[axis];
@@ -157,15 +157,16 @@ void GraduatedDescent::update_references() {
     const auto area = vector_at(area_vectors_, f);
     float product = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      energy_.face_references[axis * faces + f] = r[axis] * scale;
-      product += r[axis] * scale * area[axis];
+      r[axis] *= scale;
+      product += r[axis] * area[axis];
     }
+    set_vector(energy_.face_references, f, r);
     seen[f] = std::max(0.0F, product);
   });
   std::vector<float> around(count);
   for_each(count, team_, [&](std::size_t v) {
     float sum = 0;
-    for (const Index place : mesh_.vertex_corners[v]) sum += seen[place % faces];
+    for (const Index place : mesh_.vertex_corners[v]) sum += seen[place / 3];
     around[v] = sum / static_cast<float>(std::max<std::size_t>(1, mesh_.vertex_corners[v].size()));
   });
   for_each(faces, team_, [&](std::size_t f) {
@@ -217,10 +218,9 @@ void GraduatedDescent::update_scales(float scale) {
       });
     }
   }
-  for_each(edges, team_, [&](std::size_t e) {
+  energy_.set_edges(team_, [&](std::size_t e) -> EdgeTerm {
     const float c = std::sqrt(scale * scale + (family.local_gain > 0 ? family.local_gain * bends[e] : 0));
-    energy_.edge_scales[e] = c;
-    energy_.edge_weights[e] = lengths[e] * (family.local_gain > 0 && family.weight_power == 2 ? kScaleStart / c : 1);
+    return {lengths[e] * (family.local_gain > 0 && family.weight_power == 2 ? kScaleStart / c : 1), c};
   });
 }
 

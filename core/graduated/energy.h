@@ -1,12 +1,25 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "core/base/thread_team.h"
+#include "core/geometry/lanes.h"
 #include "core/graduated/flat_mesh.h"
 
 namespace crease {
+
+/// w_e and c_e of an edge, below.
+struct EdgeTerm {
+  float weight = 0, scale = 1;  ///< above 0
+};
+
+/// The potentials of eight faces' sides, one in each lane: w/c and 1/c² of each side. Where there is no edge nothing
+/// pulls.
+struct SideLanes {
+  LaneArray<3> stiffness{}, sharpness{1 + Lanes{}, 1 + Lanes{}, 1 + Lanes{}};
+};
 
 /// ψ_a(q; c), a robust potential of q = ‖n_i − n_j‖² with exponent a and scale c [Barron 2019]: quadratic at a = 2, the
 /// square root of Diebel et al. at a = 1, a logarithm at a = 0. It is the energy of the paper's labels, minimised over
@@ -31,12 +44,14 @@ class GraduatedEnergy {
   float across = 1;                 ///< t: cost of moving within the surface, relative to along its normal
   float fold_weight = 3;            ///< F
 
-  std::vector<float> edge_weights, edge_scales;  ///< w_e, c_e > 0
-  std::vector<float> precisions;                 ///< p_v
-  FlatVectors vertex_normals;                    ///< m_v, unit
-  FlatVectors face_references;                   ///< r_f, unit
-  std::vector<float> least_areas;                ///< τ_f
-  FlatVectors face_targets;                      ///< t_f, unit, or zero for a face without; empty for none at all
+  std::vector<float> precisions;             ///< p_v
+  FlatVectors vertex_normals;                ///< m_v, unit
+  std::vector<LaneVectors> face_references;  ///< r_f, unit, in blocks of eight; see set_vector
+  std::vector<float> least_areas;            ///< τ_f; 0 beyond the last face
+  std::vector<LaneVectors> face_targets;     ///< t_f, unit, or zero for a face without; empty for none at all
+
+  /// Without it, edges weigh nothing.
+  void set_edges(ThreadTeam& team, const std::function<EdgeTerm(std::size_t edge)>& term_of);
 
   /// What the last evaluation was made of.
   struct Parts {
@@ -49,17 +64,20 @@ class GraduatedEnergy {
 
   const Parts& parts() const { return parts_; }
   /// ∂ψ/∂q · 2w per edge at the last positions.
-  std::span<const float> stiffness() const { return {stiffness_.data(), mesh_.edge_count}; }
+  std::vector<float> stiffness() const;
+  float edge_scale(std::size_t edge) const { return edges_[edge].scale; }
   /// One over the second derivative of E along each vertex's normal at the last positions, which are `positions`, for
   /// each of its coordinates; the curvature of ψ itself and the fold term are left out.
   std::vector<float> inverse_curvatures(std::span<const float> positions, ThreadTeam& team) const;
 
  private:
   const FlatMesh& mesh_;
-  FlatVectors normals_;
+  std::vector<EdgeTerm> edges_;   ///< one more than there are edges; the last weighs nothing
+  std::vector<SideLanes> sides_;  ///< the same, as faces read it
+  std::vector<LaneRow> points_, normals_;
   std::vector<float> inverse_lengths_;  ///< 1/√(‖N‖² + h²)
-  std::vector<float> stiffness_;        ///< one more than there are edges; the last is 0
-  std::vector<float> by_corner_;        ///< ∂E/∂corner: x of corner 0 of all faces, of corner 1, …, z of corner 2
+  std::vector<float> face_stiffness_;   ///< of the sides of each face, summed
+  std::vector<LaneRow> by_corner_;      ///< ∂E/∂corner: of each face's three corners in turn
   Parts parts_;
 };
 

@@ -43,4 +43,14 @@ CREASE_LANES_INLINE float fast_exp(float x) {
   return series * std::bit_cast<float>((whole + 127) << 23);
 }
 
+/// The same in each lane.
+CREASE_LANES_INLINE Lanes fast_exp(const Lanes& x) {
+  const Lanes scaled = x * 1.44269504F;
+  const auto whole = __builtin_convertvector(scaled + (scaled < 0 ? -0.5F + Lanes{} : 0.5F + Lanes{}), IntLanes);
+  const Lanes r = x - __builtin_convertvector(whole, Lanes) * 0.69314718F;
+  const Lanes series =
+      1 + r * (1 + r * (0.5F + r * (0.16666667F + r * (0.041666667F + r * (0.0083333333F + r * 0.0013888889F)))));
+  return series * std::bit_cast<Lanes>((whole + 127) << 23);
+}
+
 }  // namespace crease

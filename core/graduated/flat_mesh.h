@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/geometry/lanes.h"
 #include "core/geometry/surface.h"
 
 namespace crease {
@@ -24,15 +25,19 @@ struct FlatMesh {
 
   std::size_t vertex_count = 0, face_count = 0, edge_count = 0;
 
-  std::array<std::vector<FlatIndex>, 3> corners;  ///< per face; wound as the topology turns it
-  std::array<std::vector<FlatIndex>, 3>
-      neighbors;                                ///< per face: across the edge from corner k to k + 1; itself where none
+  /// Blocks of eight, the last one perhaps not full.
+  std::size_t face_blocks() const { return (face_count + kLaneCount - 1) / kLaneCount; }
+
+  /// Per face; wound as the topology turns it. Zeros fill up the last block.
+  std::array<std::vector<FlatIndex>, 3> corners;
+  /// Per face: across the edge from corner k to k + 1; itself where none. Zeros fill up the last block.
+  std::array<std::vector<FlatIndex>, 3> neighbors;
   std::array<std::vector<FlatIndex>, 3> sides;  ///< per face: that edge; edge_count where there is none
   std::array<std::vector<FlatIndex>, 2> edge_faces, edge_ends,
       edge_opposites;                 ///< opposite: the third corners of the faces
   std::vector<Index> topology_edges;  ///< per edge: its index in the topology
 
-  IndexRows vertex_corners;             ///< per vertex: k · face_count + face
+  IndexRows vertex_corners;             ///< per vertex: 3 · face + k
   IndexRows vertex_neighbors;           ///< per vertex: across interior edges
   IndexRows vertex_stencils;            ///< per vertex: the edges that it ends or lies opposite of
   std::vector<std::uint8_t> at_border;  ///< per vertex: 1 where one of its edges is not interior
@@ -50,6 +55,14 @@ std::vector<float> dihedral_angles(const FlatMesh& mesh, std::span<const float> 
 inline std::array<float, 3> vector_at(std::span<const float> flat, std::size_t i) {
   const std::size_t count = flat.size() / 3;
   return {flat[i], flat[count + i], flat[2 * count + i]};
+}
+
+/// Sets vector number `i` of those in blocks of eight.
+inline void set_vector(std::vector<LaneVectors>& blocks, std::size_t i, const std::array<float, 3>& vector) {
+  LaneVectors& block = blocks[i / kLaneCount];
+  block.x[i % kLaneCount] = vector[0];
+  block.y[i % kLaneCount] = vector[1];
+  block.z[i % kLaneCount] = vector[2];
 }
 
 /// Twice the area of a face along its normal.

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 
 #include "core/geometry/lanes.h"
 
@@ -21,12 +20,6 @@ constexpr int kPatience = 3;
 /// Blocks of some vectors, and a number for each.
 using Blocks = std::array<const float*, kHistory>;
 using Factors = std::array<float, kHistory>;
-
-CREASE_LANES_INLINE Lanes eight(const float* numbers) {
-  Lanes result;
-  std::memcpy(&result, numbers, sizeof result);
-  return result;
-}
 
 /// Σ a_i b_i of each of some blocks b. Sixteen sums run side by side, whatever the machine's lanes are.
 template <std::size_t blocks>

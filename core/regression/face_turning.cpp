@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "core/graduated/energy.h"
 #include "core/graduated/lbfgs.h"
@@ -17,8 +16,8 @@ constexpr int kSteps = 10;
 
 /// Faces must keep a share of their area, seen from where they are to look.
 std::vector<float> least_areas(const FlatMesh& mesh, std::span<const float> positions) {
-  std::vector<float> areas(mesh.face_count);
-  for (std::size_t f = 0; f < areas.size(); ++f) {
+  std::vector<float> areas(kLaneCount * mesh.face_blocks(), 0);
+  for (std::size_t f = 0; f < mesh.face_count; ++f) {
     const auto [x, y, z] = area_vector(mesh, positions, f);
     areas[f] = kFoldArea * std::min(kLargestArea, std::sqrt(x * x + y * y + z * z));
   }
@@ -27,16 +26,15 @@ std::vector<float> least_areas(const FlatMesh& mesh, std::span<const float> posi
 
 }  // namespace
 
-FlatVectors turned_towards(const FlatMesh& mesh, const FlatVectors& positions, FlatVectors normals,
+FlatVectors turned_towards(const FlatMesh& mesh, const FlatVectors& positions, const FlatVectors& normals,
                            std::span<const float> precisions, ThreadTeam& team) {
   GraduatedEnergy energy(mesh, positions);
   energy.exponent = 2;
-  energy.edge_weights.assign(mesh.edge_count, 0);
   energy.likelihood = kAnchor;
   energy.fading_area = kFadingArea;
   energy.least_areas = least_areas(mesh, positions);
-  energy.face_references = normals;
-  energy.face_targets = std::move(normals);
+  for (std::size_t f = 0; f < mesh.face_count; ++f) set_vector(energy.face_references, f, vector_at(normals, f));
+  energy.face_targets = energy.face_references;
   if (!precisions.empty()) energy.precisions.assign(precisions.begin(), precisions.end());
   FlatVectors result = positions;
   std::vector<float> curvatures;

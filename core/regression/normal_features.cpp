@@ -41,8 +41,6 @@ struct LaneAxes {
   LaneVectors first, second;
 };
 
-CREASE_LANES_INLINE Lanes dot(const LaneVectors& a, const LaneVectors& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
 /// One round of averaging.
 CREASE_WIDE_CLONES void average(const FlatMesh& mesh, const std::vector<RoundWeights>& weights, const Averages& before,
                                 Averages& after, std::size_t begin, std::size_t end) {

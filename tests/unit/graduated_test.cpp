@@ -48,10 +48,10 @@ TEST(GraduatedEnergy, ItsGradientIsThatOfFiniteDifferences) {
     energy.exponent = exponent;
     energy.fading_area = 0.1F;
     energy.across = 3;
-    for (float& scale : energy.edge_scales) scale = 0.3F;
-    for (float& area : energy.least_areas) area = 0.4F;
+    energy.set_edges(alone, [](std::size_t) -> EdgeTerm { return {.weight = 1, .scale = 0.3F}; });
+    for (std::size_t f = 0; f < flat.face_count; ++f) energy.least_areas[f] = 0.4F;
     for (std::size_t v = 0; v < flat.vertex_count; ++v) energy.vertex_normals[v] = 1;
-    for (std::size_t f = 0; f < flat.face_count; ++f) energy.face_references[2 * flat.face_count + f] = 1;
+    for (std::size_t f = 0; f < flat.face_count; ++f) set_vector(energy.face_references, f, {0, 0, 1});
     if (exponent == 1) energy.face_targets = energy.face_references;
     FlatVectors x = flat.measured, gradient(x.size()), unused(x.size());
     for (std::size_t i = 0; i < x.size(); ++i) x[i] += 0.1F * std::sin(static_cast<float>(i));
