@@ -91,7 +91,7 @@ void LinearField::linearize(const GraduatedEnergy& energy, std::span<const float
   precisions_ = energy.precisions;
   for (float& precision : precisions_) precision = std::max(precision, kLeastPrecision);
   const std::vector<float> angles = dihedral_angles(mesh_, positions);
-  const std::vector<float> stiffness = energy.stiffness();
+  const std::vector<float> stiffness = energy.stiffness(positions);
   hinges_.resize(mesh_.edge_count);
   stencils_.resize(mesh_.edge_count);
   for (std::size_t e = 0; e < mesh_.edge_count; ++e) {

@@ -134,21 +134,16 @@ CREASE_LANES_INLINE LaneVectors transposed(Row row) {
           __builtin_shufflevector(zw01, zw23, 0, 1, 8, 9, 4, 5, 12, 13)};
 }
 
-/// Puts lane k into `row(k)`, as (x, y, z, 0).
-template <typename Row>
-CREASE_LANES_INLINE void put_rows(const LaneVectors& vectors, Row row) {
+/// The vectors as rows (x, y, z, 0): numbers k and k + 4 are the halves of item k.
+CREASE_LANES_INLINE LaneArray<4> row_pairs(const LaneVectors& vectors) {
   const Lanes none{}, xy01 = __builtin_shufflevector(vectors.x, vectors.y, 0, 8, 1, 9, 4, 12, 5, 13),
                       xy23 = __builtin_shufflevector(vectors.x, vectors.y, 2, 10, 3, 11, 6, 14, 7, 15),
                       z01 = __builtin_shufflevector(vectors.z, none, 0, 8, 1, 9, 4, 12, 5, 13),
                       z23 = __builtin_shufflevector(vectors.z, none, 2, 10, 3, 11, 6, 14, 7, 15);
-  const auto put = [&](std::size_t k, const Lanes& rows) [[gnu::always_inline]] {
-    row(k) = low(rows);
-    row(k + 4) = high(rows);
-  };
-  put(0, __builtin_shufflevector(xy01, z01, 0, 1, 8, 9, 4, 5, 12, 13));
-  put(1, __builtin_shufflevector(xy01, z01, 2, 3, 10, 11, 6, 7, 14, 15));
-  put(2, __builtin_shufflevector(xy23, z23, 0, 1, 8, 9, 4, 5, 12, 13));
-  put(3, __builtin_shufflevector(xy23, z23, 2, 3, 10, 11, 6, 7, 14, 15));
+  return {{__builtin_shufflevector(xy01, z01, 0, 1, 8, 9, 4, 5, 12, 13),
+           __builtin_shufflevector(xy01, z01, 2, 3, 10, 11, 6, 7, 14, 15),
+           __builtin_shufflevector(xy23, z23, 0, 1, 8, 9, 4, 5, 12, 13),
+           __builtin_shufflevector(xy23, z23, 2, 3, 10, 11, 6, 7, 14, 15)}};
 }
 
 }  // namespace crease

@@ -84,7 +84,7 @@ void GraduatedDescent::update_metric() {
   for (const float precision : energy_.precisions) {
     diagonal.push_back(2 * static_cast<double>(energy_.likelihood * precision));
   }
-  options_.metric->factorize(positions_, energy_.stiffness(), diagonal, energy_.fading_area);
+  options_.metric->factorize(positions_, energy_.stiffness(positions_), diagonal, energy_.fading_area);
 }
 
 void GraduatedDescent::begin_stage(int stage) {

@@ -9,8 +9,8 @@
 namespace crease {
 namespace {
 
-/// Sites of a block: its terms fit into the cache, and its sum does not depend on threads.
-constexpr std::size_t kBlock = 1024, kLaneBlocks = kBlock / kLaneCount;
+/// Vertices of a block: its terms fit into the cache, and its sum does not depend on threads.
+constexpr std::size_t kBlock = 1024;
 using BlockNumbers = std::array<float, kBlock>;
 
 /// Sum in eight lanes, whatever the machine's are.
@@ -51,7 +51,8 @@ struct SquareRoot {
 struct Logarithm {
   CREASE_LANES_INLINE PotentialValue operator()(const Lanes& q, const Lanes& stiffness, const Lanes& sharpness) const {
     const Lanes u = 1 + 0.5F * q * sharpness;
-    return {stiffness / sharpness * fast_log(u), stiffness / u};
+    const Lanes inverse = stiffness / (sharpness * u);
+    return {u * inverse * fast_log(u), sharpness * inverse};
   }
 };
 struct Power {
@@ -72,36 +73,59 @@ CREASE_LANES_INLINE auto with_potential(float a, Body body) {
   return body(Power(a));
 }
 
-CREASE_LANES_INLINE LaneVectors gathered(const LaneRow* rows, const FlatIndex* places) {
+CREASE_LANES_INLINE LaneVectors gathered(const LaneRow* rows, const FaceTiles::Places& places) {
   return transposed([&](std::size_t k) { return rows[places[k]].row; });
 }
 
-using Indices = std::array<const FlatIndex*, 3>;
-
-/// Fading normals of blocks of eight faces, and one over their lengths before.
-CREASE_WIDE_CLONES void find_normals(const Indices& corners, const LaneRow* points, float fading_area, LaneRow* normals,
-                                     float* inverse_lengths, std::size_t begin, std::size_t end) {
-  const float h2 = fading_area * fading_area;
-  for (std::size_t f = begin * kLaneCount; f < end * kLaneCount; f += kLaneCount) {
-    const LaneVectors origin = gathered(points, corners[0] + f);
-    const LaneVectors area =
-        cross(gathered(points, corners[1] + f) - origin, gathered(points, corners[2] + f) - origin);
-    const Lanes inverse = 1 / sqrt(area.squared_norm() + h2);
-    store(inverse, inverse_lengths + f);
-    put_rows(inverse * area, [&](std::size_t k) -> HalfLanes& { return normals[f + k].row; });
+CREASE_LANES_INLINE void add_rows(const LaneVectors& vectors, LaneRow* rows, const FaceTiles::Places& places) {
+  LaneArray<4> pairs = row_pairs(vectors);
+  for (std::size_t k = 0; k < 4; ++k) {
+    rows[places[k]].row += low(pairs[k]);
+    rows[places[k + 4]].row += high(pairs[k]);
   }
 }
 
+/// What is given of the faces, in blocks of eight.
 struct Faces {
-  Indices corners, neighbors;
-  const LaneRow *points, *normals;
-  const float *inverse_lengths, *least_areas;
+  const FaceTiles& tiles;
+  Flat positions;
   const SideLanes* sides;
   const LaneVectors *references, *targets;
-  float fold_weight;
-  float* stiffness;
-  LaneRow* by_corner;
+  const float* least_areas;
+  float fading_area, exponent, fold_weight;
+  float* curvatures;
+  LaneRow* sums;
 };
+
+CREASE_LANES_INLINE void gather_points(const Faces& faces, const FaceTiles::Tile& tile, TileSpace& space) {
+  const Flat p = faces.positions;
+  const Index* vertex = faces.tiles.vertex.data() + tile.first_vertex;
+  LaneRow* points = space.points.data();
+  for (std::size_t i = 0; i < tile.vertices; ++i) {
+    const Index v = vertex[i];
+    points[i].row = HalfLanes{p.x[v], p.y[v], p.z[v], 0};
+  }
+}
+
+/// Fading normals of the faces of a tile and of its rim.
+CREASE_LANES_INLINE void find_normals(const Faces& faces, const FaceTiles::Tile& tile, TileSpace& space) {
+  const float h2 = faces.fading_area * faces.fading_area;
+  const LaneRow* points = space.points.data();
+  LaneRow* normals = space.normals.data();
+  float* inverse_lengths = space.inverse_lengths.data();
+  for (std::size_t block = 0; block < tile.blocks; ++block) {
+    const auto& corners = faces.tiles.corners[tile.first_block + block];
+    const LaneVectors origin = gathered(points, corners[0]);
+    const LaneVectors area = cross(gathered(points, corners[1]) - origin, gathered(points, corners[2]) - origin);
+    const Lanes inverse = 1 / sqrt(area.squared_norm() + h2);
+    store(inverse, inverse_lengths + block * kLaneCount);
+    const LaneArray<4> pairs = row_pairs(inverse * area);
+    for (std::size_t k = 0; k < 4; ++k) {
+      normals[block * kLaneCount + k].row = low(pairs[k]);
+      normals[block * kLaneCount + k + 4].row = high(pairs[k]);
+    }
+  }
+}
 
 /// Terms of the edges, of which each face has a half, and of the faces.
 struct FaceSums {
@@ -113,51 +137,61 @@ struct FaceSums {
   }
 };
 
-/// Terms of blocks of eight faces, and what they and their sides give to the gradient at their corners.
+/// Terms of the faces of a tile, and what they and their sides give to the gradient at their corners.
 template <bool kHasTargets, typename Potential>
-CREASE_LANES_INLINE FaceSums sum_faces_of(const Faces& faces, Potential potential, std::size_t begin, std::size_t end) {
+CREASE_LANES_INLINE FaceSums sum_faces(const Faces& faces, std::size_t number, Potential potential, TileSpace& space) {
+  const FaceTiles::Tile& tile = faces.tiles.tiles[number];
+  const LaneRow *points = space.points.data(), *normals = space.normals.data();
+  LaneRow* const sums = faces.sums + tile.first_sum;
+  std::fill_n(sums, tile.sums, LaneRow());
   Lanes edge_terms{}, face_terms{};
-  for (std::size_t block = begin; block < end; ++block) {
-    const std::size_t f = block * kLaneCount;
-    const LaneVectors n = transposed([&](std::size_t k) { return faces.normals[f + k].row; });
+  const std::size_t blocks = faces.tiles.blocks_of(number);
+  for (std::size_t place = 0; place < blocks; ++place) {
+    const std::size_t block = number * FaceTiles::kBlocks + place;
+    const LaneVectors n = transposed([&](std::size_t k) { return normals[place * kLaneCount + k].row; });
     LaneVectors by_normal;
     Lanes stiffness{};
     for (std::size_t k = 0; k < 3; ++k) {
-      const LaneVectors turn = n - gathered(faces.normals, faces.neighbors[k] + f);
+      const LaneVectors turn = n - gathered(normals, faces.tiles.neighbors[block][k]);
       const SideLanes& sides = faces.sides[block];
       const PotentialValue value = potential(turn.squared_norm(), sides.stiffness[k], sides.sharpness[k]);
       edge_terms += 0.5F * value.term;
       stiffness += value.slope;
       by_normal = by_normal + value.slope * turn;
     }
-    store(stiffness, faces.stiffness + f);
     if constexpr (kHasTargets) {
       const LaneVectors& target = faces.targets[block];
       const LaneVectors miss = target.squared_norm() * (n - target);
       face_terms += 0.5F * miss.squared_norm();
+      stiffness += 1;
       by_normal = by_normal + miss;
     }
     const LaneVectors& reference = faces.references[block];
-    const Lanes inverse = eight(faces.inverse_lengths + f);
-    const Lanes missing = eight(faces.least_areas + f) - dot(n, reference) / inverse,  // τ − N·r
+    const Lanes inverse = eight(space.inverse_lengths.data() + place * kLaneCount);
+    store(stiffness * inverse * inverse, faces.curvatures + block * kLaneCount);
+    const Lanes missing = eight(faces.least_areas + block * kLaneCount) - dot(n, reference) / inverse,  // τ − N·r
         lack = missing > 0 ? missing : Lanes{};
     face_terms += faces.fold_weight * lack * lack;
-    const LaneVectors by_area = inverse * (by_normal - dot(n, by_normal) * n) - 2 * faces.fold_weight * lack * reference;
-    const LaneVectors origin = gathered(faces.points, faces.corners[0] + f);
-    const LaneVectors first = cross(gathered(faces.points, faces.corners[2] + f) - origin, by_area),
-                      second = cross(by_area, gathered(faces.points, faces.corners[1] + f) - origin);
-    LaneRow* const by_corner = faces.by_corner + 3 * f;
-    put_rows(LaneVectors() - first - second, [&](std::size_t k) -> HalfLanes& { return by_corner[3 * k].row; });
-    put_rows(first, [&](std::size_t k) -> HalfLanes& { return by_corner[3 * k + 1].row; });
-    put_rows(second, [&](std::size_t k) -> HalfLanes& { return by_corner[3 * k + 2].row; });
+    const LaneVectors by_area =
+        inverse * (by_normal - dot(n, by_normal) * n) - 2 * faces.fold_weight * lack * reference;
+    const auto& corners = faces.tiles.corners[tile.first_block + place];
+    const LaneVectors origin = gathered(points, corners[0]);
+    const LaneVectors first = cross(gathered(points, corners[2]) - origin, by_area),
+                      second = cross(by_area, gathered(points, corners[1]) - origin);
+    add_rows(LaneVectors() - first - second, sums, corners[0]);
+    add_rows(first, sums, corners[1]);
+    add_rows(second, sums, corners[2]);
   }
   return {static_cast<double>(sum(edge_terms)), static_cast<double>(sum(face_terms))};
 }
 
-CREASE_WIDE_CLONES FaceSums sum_faces(const Faces& faces, float exponent, std::size_t begin, std::size_t end) {
-  return with_potential(exponent, [&](const auto& potential) [[gnu::always_inline]] {
-    return faces.targets == nullptr ? sum_faces_of<false>(faces, potential, begin, end)
-                                    : sum_faces_of<true>(faces, potential, begin, end);
+CREASE_WIDE_CLONES FaceSums sum_tile(const Faces& faces, std::size_t number, TileSpace& space) {
+  const FaceTiles::Tile& tile = faces.tiles.tiles[number];
+  gather_points(faces, tile, space);
+  find_normals(faces, tile, space);
+  return with_potential(faces.exponent, [&](const auto& potential) [[gnu::always_inline]] {
+    return faces.targets == nullptr ? sum_faces<false>(faces, number, potential, space)
+                                    : sum_faces<true>(faces, number, potential, space);
   });
 }
 
@@ -165,16 +199,16 @@ struct Vertices {
   Flat positions, measured, normals;
   const float* precisions;
   float likelihood, across;
-  const LaneRow* by_corner;
+  const LaneRow* sums;
   float* __restrict x, * __restrict y, * __restrict z;  ///< of the gradient
 };
 
 /// Terms of the likelihood, and the gradient at vertices, of which there are no more than kBlock.
-CREASE_WIDE_CLONES float sum_vertices(const Vertices& vertices, const IndexRows& corners, std::size_t begin,
+CREASE_WIDE_CLONES float sum_vertices(const Vertices& vertices, const IndexRows& rows, std::size_t begin,
                                       std::size_t end) {
   for (std::size_t v = begin; v < end; ++v) {
     HalfLanes sum{};
-    for (Index i = corners.starts[v]; i < corners.starts[v + 1]; ++i) sum += vertices.by_corner[corners.items[i]].row;
+    for (Index i = rows.starts[v]; i < rows.starts[v + 1]; ++i) sum += vertices.sums[rows.items[i]].row;
     vertices.x[v] = sum[0];
     vertices.y[v] = sum[1];
     vertices.z[v] = sum[2];
@@ -196,23 +230,16 @@ CREASE_WIDE_CLONES float sum_vertices(const Vertices& vertices, const IndexRows&
   return sum_of(terms.data(), end - begin);
 }
 
-/// `values(begin, end)` summed over blocks of `size` of [0, count).
-template <typename Sum, typename Values>
-Sum sum_blocks(std::size_t count, std::size_t size, ThreadTeam& team, Values values) {
-  constexpr std::size_t kBlocksATime = 2;
-  std::vector<Sum> sums((count + size - 1) / size);
-  team.run(sums.size(), kBlocksATime, [&](std::size_t first, std::size_t last, std::size_t) {
-    for (std::size_t block = first; block < last; ++block) {
-      sums[block] = values(block * size, std::min(count, (block + 1) * size));
-    }
+/// `value(i, thread)` of [0, count), summed in order.
+template <typename Sum, typename Value>
+Sum sum_all(std::size_t count, ThreadTeam& team, Value value) {
+  std::vector<Sum> values(count);
+  team.run(count, 2, [&](std::size_t begin, std::size_t end, std::size_t thread) {
+    for (std::size_t i = begin; i < end; ++i) values[i] = value(i, thread);
   });
   Sum total{};
-  for (const Sum& sum : sums) total += sum;
+  for (const Sum& sum : values) total += sum;
   return total;
-}
-
-Indices pointers(const std::array<std::vector<FlatIndex>, 3>& three) {
-  return {three[0].data(), three[1].data(), three[2].data()};
 }
 
 }  // namespace
@@ -226,17 +253,14 @@ GraduatedEnergy::GraduatedEnergy(const FlatMesh& mesh, std::span<const float> da
       mesh_(mesh),
       edges_(mesh.edge_count + 1),
       sides_(mesh.face_blocks()),
-      points_(mesh.vertex_count),
-      normals_(kLaneCount * mesh.face_blocks()),
-      inverse_lengths_(kLaneCount * mesh.face_blocks()),
-      face_stiffness_(kLaneCount * mesh.face_blocks()),
-      by_corner_(3 * kLaneCount * mesh.face_blocks()) {}
+      curvatures_(kLaneCount * mesh.face_blocks()),
+      sums_(mesh.tiles.vertex_sums.items.size()) {}
 
 void GraduatedEnergy::set_edges(ThreadTeam& team, const std::function<EdgeTerm(std::size_t edge)>& term_of) {
   team.run(mesh_.edge_count, kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t e = begin; e < end; ++e) edges_[e] = term_of(e);
   });
-  team.run(sides_.size(), kLaneBlocks, [&](std::size_t begin, std::size_t end, std::size_t) {
+  team.run(sides_.size(), kChunk / kLaneCount, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t f = begin * kLaneCount; f < std::min(mesh_.face_count, end * kLaneCount); ++f) {
       SideLanes& sides = sides_[f / kLaneCount];
       for (std::size_t k = 0; k < 3; ++k) {
@@ -249,53 +273,46 @@ void GraduatedEnergy::set_edges(ThreadTeam& team, const std::function<EdgeTerm(s
 }
 
 double GraduatedEnergy::operator()(std::span<const float> positions, std::span<float> gradient, ThreadTeam& team) {
-  const Indices corners = pointers(mesh_.corners), neighbors = pointers(mesh_.neighbors);
-  const std::size_t vertices = mesh_.vertex_count, blocks = mesh_.face_blocks();
+  const FaceTiles& tiles = mesh_.tiles;
+  while (spaces_.size() < team.size()) {
+    const std::size_t faces = kLaneCount * tiles.most_blocks;
+    spaces_.push_back(
+        {std::vector<LaneRow>(tiles.most_vertices), std::vector<LaneRow>(faces), std::vector<float>(faces)});
+  }
   const Flat p = flat(positions);
-  team.run(vertices, kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t v = begin; v < end; ++v) points_[v].row = HalfLanes{p.x[v], p.y[v], p.z[v], 0};
-  });
-  team.run(blocks, kLaneBlocks, [&](std::size_t begin, std::size_t end, std::size_t) {
-    find_normals(corners, points_.data(), fading_area, normals_.data(), inverse_lengths_.data(), begin, end);
-  });
-  const Faces faces{corners,
-                    neighbors,
-                    points_.data(),
-                    normals_.data(),
-                    inverse_lengths_.data(),
-                    least_areas.data(),
+  const Faces faces{tiles,
+                    p,
                     sides_.data(),
                     face_references.data(),
                     face_targets.empty() ? nullptr : face_targets.data(),
+                    least_areas.data(),
+                    fading_area,
+                    exponent,
                     fold_weight,
-                    face_stiffness_.data(),
-                    by_corner_.data()};
-  const auto sums = sum_blocks<FaceSums>(blocks, kLaneBlocks, team, [&](std::size_t begin, std::size_t end) {
-    return sum_faces(faces, exponent, begin, end);
+                    curvatures_.data(),
+                    sums_.data()};
+  const auto sums = sum_all<FaceSums>(tiles.tiles.size(), team, [&](std::size_t tile, std::size_t thread) {
+    return sum_tile(faces, tile, spaces_[thread]);
   });
   parts_.smoothness = sums.edges;
   parts_.folds = sums.faces;
-  const Vertices all_vertices{p,
-                              flat(measured),
-                              flat(vertex_normals),
-                              precisions.data(),
-                              likelihood,
-                              across,
-                              by_corner_.data(),
-                              gradient.data(),
-                              gradient.data() + vertices,
-                              gradient.data() + 2 * vertices};
-  parts_.likelihood = sum_blocks<double>(vertices, kBlock, team, [&](std::size_t begin, std::size_t end) {
-    return static_cast<double>(sum_vertices(all_vertices, mesh_.vertex_corners, begin, end));
+  const std::size_t count = mesh_.vertex_count;
+  const Vertices vertices{
+      p,      flat(measured), flat(vertex_normals), precisions.data(),       likelihood,
+      across, sums_.data(),   gradient.data(),      gradient.data() + count, gradient.data() + 2 * count};
+  parts_.likelihood = sum_all<double>((count + kBlock - 1) / kBlock, team, [&](std::size_t block, std::size_t) {
+    const std::size_t begin = block * kBlock, end = std::min(count, begin + kBlock);
+    return static_cast<double>(sum_vertices(vertices, tiles.vertex_sums, begin, end));
   });
   return parts_.total();
 }
 
-std::vector<float> GraduatedEnergy::stiffness() const {
+std::vector<float> GraduatedEnergy::stiffness(std::span<const float> positions) const {
   std::vector<float> result(mesh_.edge_count);
   for (std::size_t e = 0; e < result.size(); ++e) {
     const auto normal = [&](std::size_t side) {
-      return normals_[static_cast<std::size_t>(mesh_.edge_faces[side][e])].row;
+      const auto [x, y, z] = area_vector(mesh_, positions, static_cast<std::size_t>(mesh_.edge_faces[side][e]));
+      return HalfLanes{x, y, z, 0} / std::sqrt(x * x + y * y + z * z + fading_area * fading_area);
     };
     const HalfLanes turn = normal(0) - normal(1), squares = turn * turn;
     const auto [weight, scale] = edges_[e];
@@ -311,15 +328,14 @@ std::vector<float> GraduatedEnergy::inverse_curvatures(std::span<const float> po
   const Flat p = flat(positions);
   const std::size_t vertices = mesh.vertex_count;
   std::vector<float> result(3 * vertices);
-  const float of_target = face_targets.empty() ? 0 : 1;
   team.run(vertices, kBlock, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t v = begin; v < end; ++v) {
       float sum = 2 * likelihood * precisions[v] * std::max(1.0F, across);
       for (const Index place : mesh.vertex_corners[v]) {
         const std::size_t f = place / 3, k = place % 3;
         const FlatIndex a = mesh.corners[(k + 1) % 3][f], b = mesh.corners[(k + 2) % 3][f];
-        const float x = p.x[a] - p.x[b], y = p.y[a] - p.y[b], z = p.z[a] - p.z[b], r = inverse_lengths_[f];
-        sum += (face_stiffness_[f] + of_target) * (x * x + y * y + z * z) * r * r;
+        const float x = p.x[a] - p.x[b], y = p.y[a] - p.y[b], z = p.z[a] - p.z[b];
+        sum += curvatures_[f] * (x * x + y * y + z * z);
       }
       result[v] = result[vertices + v] = result[2 * vertices + v] = sum > 0 ? 1 / sum : 1;
     }

@@ -21,6 +21,12 @@ struct SideLanes {
   LaneArray<3> stiffness{}, sharpness{1 + Lanes{}, 1 + Lanes{}, 1 + Lanes{}};
 };
 
+/// What is noted down of a tile while it is at hand.
+struct TileSpace {
+  std::vector<LaneRow> points, normals;
+  std::vector<float> inverse_lengths;  ///< 1/√(‖N‖² + h²)
+};
+
 /// ψ_a(q; c), a robust potential of q = ‖n_i − n_j‖² with exponent a and scale c [Barron 2019]: quadratic at a = 2, the
 /// square root of Diebel et al. at a = 1, a logarithm at a = 0. It is the energy of the paper's labels, minimised over
 /// them: the line process of [Black & Rangarajan 1996]. Its slope is the label in closed form,
@@ -63,8 +69,8 @@ class GraduatedEnergy {
   double operator()(std::span<const float> positions, std::span<float> gradient, ThreadTeam& team);
 
   const Parts& parts() const { return parts_; }
-  /// ∂ψ/∂q · 2w per edge at the last positions.
-  std::vector<float> stiffness() const;
+  /// ∂ψ/∂q · 2w per edge at `positions`.
+  std::vector<float> stiffness(std::span<const float> positions) const;
   float edge_scale(std::size_t edge) const { return edges_[edge].scale; }
   /// One over the second derivative of E along each vertex's normal at the last positions, which are `positions`, for
   /// each of its coordinates; the curvature of ψ itself and the fold term are left out.
@@ -72,12 +78,11 @@ class GraduatedEnergy {
 
  private:
   const FlatMesh& mesh_;
-  std::vector<EdgeTerm> edges_;   ///< one more than there are edges; the last weighs nothing
-  std::vector<SideLanes> sides_;  ///< the same, as faces read it
-  std::vector<LaneRow> points_, normals_;
-  std::vector<float> inverse_lengths_;  ///< 1/√(‖N‖² + h²)
-  std::vector<float> face_stiffness_;   ///< of the sides of each face, summed
-  std::vector<LaneRow> by_corner_;      ///< ∂E/∂corner: of each face's three corners in turn
+  std::vector<EdgeTerm> edges_;    ///< one more than there are edges; the last weighs nothing
+  std::vector<SideLanes> sides_;   ///< the same, as faces read it
+  std::vector<float> curvatures_;  ///< per face: what its normal resists, over its squared length
+  std::vector<LaneRow> sums_;      ///< ∂E/∂x of the terms of faces, per sum of the mesh's tiles
+  std::vector<TileSpace> spaces_;  ///< per thread
   Parts parts_;
 };
 

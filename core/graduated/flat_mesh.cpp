@@ -71,9 +71,8 @@ FlatMesh::FlatMesh(const Topology& topology, const std::vector<Triangle>& faces,
       neighbors[k].push_back(static_cast<FlatIndex>(across == kNone ? f : across));
       sides[k].push_back(static_cast<FlatIndex>(across == kNone ? edge_count : flat_edge[edge]));
     }
-    corners[k].resize(kLaneCount * face_blocks(), 0);
-    neighbors[k].resize(kLaneCount * face_blocks(), 0);
   }
+  tiles = FaceTiles(vertex_count, face_count, corners, neighbors);
   vertex_corners = rows_of(vertex_count, [&](auto add) {
     for (std::size_t f = 0; f < face_count; ++f) {
       for (std::size_t k = 0; k < 3; ++k) add(corners[k][f], static_cast<FlatIndex>(3 * f + k));

@@ -7,6 +7,7 @@
 
 #include "core/geometry/lanes.h"
 #include "core/geometry/surface.h"
+#include "core/graduated/face_tiles.h"
 
 namespace crease {
 
@@ -28,15 +29,15 @@ struct FlatMesh {
   /// Blocks of eight, the last one perhaps not full.
   std::size_t face_blocks() const { return (face_count + kLaneCount - 1) / kLaneCount; }
 
-  /// Per face; wound as the topology turns it. Zeros fill up the last block.
-  std::array<std::vector<FlatIndex>, 3> corners;
-  /// Per face: across the edge from corner k to k + 1; itself where none. Zeros fill up the last block.
-  std::array<std::vector<FlatIndex>, 3> neighbors;
+  std::array<std::vector<FlatIndex>, 3> corners;  ///< per face; wound as the topology turns it
+  std::array<std::vector<FlatIndex>, 3>
+      neighbors;                                ///< per face: across the edge from corner k to k + 1; itself where none
   std::array<std::vector<FlatIndex>, 3> sides;  ///< per face: that edge; edge_count where there is none
   std::array<std::vector<FlatIndex>, 2> edge_faces, edge_ends,
       edge_opposites;                 ///< opposite: the third corners of the faces
   std::vector<Index> topology_edges;  ///< per edge: its index in the topology
 
+  FaceTiles tiles;
   IndexRows vertex_corners;             ///< per vertex: 3 · face + k
   IndexRows vertex_neighbors;           ///< per vertex: across interior edges
   IndexRows vertex_stencils;            ///< per vertex: the edges that it ends or lies opposite of

@@ -203,8 +203,8 @@ class Search {
     return end_direction(factors);
   }
 
-  /// Blocks of the steps, or of the changes, the most recent first. Those of slots without a pair are zero or old; their
-  /// factors are zero.
+  /// Blocks of the steps, or of the changes, the most recent first. Those of slots without a pair are zero or old;
+  /// their factors are zero.
   Blocks blocks_of(std::vector<float> Pair::*vectors, std::size_t begin) {
     Blocks blocks{};
     for (std::size_t age = 0; age < kHistory; ++age) blocks[age] = (recent(age).*vectors).data() + begin;

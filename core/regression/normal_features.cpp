@@ -183,15 +183,18 @@ class Gathering {
     const float factor = -0.5F / (width * width);
     for_each_face([&](std::size_t f) {
       RoundWeights& weights = weights_[f];
+      Lanes squares{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto other = static_cast<std::size_t>(mesh_.neighbors[k][f]);
+        const HalfLanes turn = high(normals_[f].normals) - high(normals_[other].normals), products = turn * turn;
+        squares[k] = products[0] + products[1] + products[2];
+      }
+      const Lanes exponents = factor * squares,
+                  falls = fast_exp(exponents > kLeastExponent ? exponents : kLeastExponent + Lanes{});
       float sum = areas_[f];
       for (std::size_t k = 0; k < 3; ++k) {
         const auto other = static_cast<std::size_t>(mesh_.neighbors[k][f]);
-        float square = 0;
-        for (std::size_t axis = 4; axis < 7; ++axis) {
-          const float d = normals_[f].normals[axis] - normals_[other].normals[axis];
-          square += d * d;
-        }
-        weights[k] = other == f ? 0 : areas_[other] * fast_exp(std::max(factor * square, kLeastExponent));
+        weights[k] = other == f ? 0 : areas_[other] * falls[k];
         sum += weights[k];
       }
       for (std::size_t k = 0; k < 3; ++k) weights[k] /= sum;
