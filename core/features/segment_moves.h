@@ -13,6 +13,10 @@ namespace crease {
 /// fall apart, and merging joins them again.
 std::vector<Index> seed_segments(const SegmentField& field);
 
+/// Single faces, but for those that are `gap_rings` from any ridge: no border pays among them, so that their connected
+/// parts are one segment each.
+std::vector<Index> seed_faces(const SegmentField& field);
+
 /// The whole border between two segments, a < b, and what it costs.
 struct SegmentBorder {
   Index a, b;

@@ -11,9 +11,7 @@ class Watershed {
   explicit Watershed(const SegmentField& field) : field_(field), basin_(field.face_count(), kNone) {}
 
   std::vector<Index> flood() {
-    const std::uint32_t most = field_.options().gap_rings;
-    std::vector<std::vector<Index>> levels(most + 1);
-    for (Index f = 0; f < basin_.size(); ++f) levels[level_of(f)].push_back(f);
+    const auto levels = faces_by_level();
     for (auto level = levels.rbegin(); level != levels.rend(); ++level) {
       extend_basins(*level);
       open_basins(*level);
@@ -21,7 +19,25 @@ class Watershed {
     return std::move(basin_);
   }
 
+  /// Floods the highest level only; every other face is a basin of its own.
+  std::vector<Index> flood_far_faces() {
+    const std::vector<Index> far = faces_by_level().back();
+    in_level_.assign(basin_.size(), 0);
+    for (const Index f : far) in_level_[f] = 1;
+    open_basins(far);
+    for (Index& basin : basin_) {
+      if (basin == kNone) basin = count_++;
+    }
+    return std::move(basin_);
+  }
+
  private:
+  std::vector<std::vector<Index>> faces_by_level() const {
+    std::vector<std::vector<Index>> levels(field_.options().gap_rings + 1);
+    for (Index f = 0; f < basin_.size(); ++f) levels[level_of(f)].push_back(f);
+    return levels;
+  }
+
   std::uint32_t level_of(Index face) const {
     std::uint32_t least = field_.options().gap_rings;
     for (const Index e : field_.topology().face_edges[face]) {
@@ -104,6 +120,8 @@ class Watershed {
 }  // namespace
 
 std::vector<Index> seed_segments(const SegmentField& field) { return Watershed(field).flood(); }
+
+std::vector<Index> seed_faces(const SegmentField& field) { return Watershed(field).flood_far_faces(); }
 
 Index split_segments(const Topology& topology, std::vector<Index>& segments) {
   std::vector<Index> parts(segments.size(), kNone), queue;

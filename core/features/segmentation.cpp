@@ -129,10 +129,7 @@ Segmentation segment_faces(const SegmentField& field) {
   std::array<Segmentation, 2> results;
   std::array<std::exception_ptr, 2> faults;
   const auto segment = [&](std::size_t run) {
-    if (run == 0) return minimise(field, seed_segments(field));
-    std::vector<Index> single_faces(field.face_count());
-    std::iota(single_faces.begin(), single_faces.end(), Index{0});
-    return minimise(field, std::move(single_faces));
+    return minimise(field, run == 0 ? seed_segments(field) : seed_faces(field));
   };
   ThreadTeam team(field.options().threads, std::min(field.face_count(), 2 * kSitesPerThread));
   team.run(results.size(), 1, [&](std::size_t begin, std::size_t end, std::size_t) {
