@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace crease {
@@ -36,14 +37,22 @@ std::vector<std::uint64_t> morton_codes(const std::vector<Vec3>& positions) {
 }
 
 /// Where each item goes when they are put in the order of their keys; equal keys keep their order.
-template <typename Key>
-std::vector<Index> places_by(const std::vector<Key>& keys) {
-  std::vector<std::pair<Key, Index>> order;
+std::vector<Index> places_by(const std::vector<std::uint64_t>& keys) {
+  std::vector<std::pair<std::uint64_t, Index>> order;
   order.reserve(keys.size());
   for (Index item = 0; item < keys.size(); ++item) order.emplace_back(keys[item], item);
   std::sort(order.begin(), order.end());
   std::vector<Index> places(keys.size());
   for (Index place = 0; place < order.size(); ++place) places[order[place].second] = place;
+  return places;
+}
+
+/// The same for keys below `count`.
+std::vector<Index> places_by(const std::vector<Index>& keys, std::size_t count) {
+  std::vector<Index> next(count + 1, 0), places(keys.size());
+  for (const Index key : keys) ++next[key + std::size_t{1}];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  for (std::size_t item = 0; item < keys.size(); ++item) places[item] = next[keys[item]]++;
   return places;
 }
 
@@ -59,7 +68,7 @@ Renumbering::Renumbering(const Mesh& given) {
   for (const auto& [a, b, c] : given.triangles) {
     first_vertex.push_back(std::min({new_vertex[a], new_vertex[b], new_vertex[c]}));
   }
-  new_face = places_by(first_vertex);
+  new_face = places_by(first_vertex, given.positions.size());
   mesh.triangles.resize(given.triangles.size());
   for (std::size_t f = 0; f < given.triangles.size(); ++f) {
     const auto& [a, b, c] = given.triangles[f];
@@ -73,21 +82,37 @@ std::vector<double> Renumbering::renumbered(std::span<const double> values) cons
   return result;
 }
 
-std::vector<Index> new_edges(const Renumbering& renumbering, const Topology& topology, const Topology& renumbered) {
-  std::vector<Index> edges(topology.edges.size(), kNone);
-  for (std::size_t f = 0; f < topology.face_edges.size(); ++f) {
+RenumberedTopology::RenumberedTopology(const Renumbering& renumbering, const Topology& given)
+    : new_edge(given.edges.size(), kNone) {
+  const std::size_t faces = renumbering.new_face.size(), edges = given.edges.size();
+  topology.edges.resize(edges);
+  topology.edge_faces.assign(edges, {kNone, kNone});
+  topology.edge_face_count.assign(edges, 0);
+  topology.edge_twisted.resize(edges);
+  topology.face_edges.resize(faces);
+  topology.flipped.resize(faces);
+  std::vector<Index> old_face(faces);
+  for (Index f = 0; f < faces; ++f) old_face[renumbering.new_face[f]] = f;
+  Index next = 0;
+  for (Index f = 0; f < faces; ++f) {
+    topology.flipped[f] = given.flipped[old_face[f]];
     for (std::size_t k = 0; k < 3; ++k) {
-      const Index edge = topology.face_edges[f][k];
-      if (edge != kNone) edges[edge] = renumbered.face_edges[renumbering.new_face[f]][k];
+      const Index old = given.face_edges[old_face[f]][k];
+      Index& edge = topology.face_edges[f][k];
+      edge = old == kNone ? kNone : new_edge[old];
+      if (old == kNone) continue;
+      if (edge == kNone) {
+        edge = new_edge[old] = next++;
+        const auto [low, high] = std::minmax(renumbering.new_vertex[given.edges[old].v0],
+                                             renumbering.new_vertex[given.edges[old].v1]);
+        topology.edges[edge] = {low, high};
+        topology.edge_twisted[edge] = given.edge_twisted[old];
+      }
+      const std::uint32_t seen = topology.edge_face_count[edge]++;
+      if (seen < 2) topology.edge_faces[edge][seen] = f;
     }
   }
-  return edges;
-}
-
-void adopt_orientation(const Topology& topology, const std::vector<Index>& new_face, const std::vector<Index>& new_edge,
-                       Topology& renumbered) {
-  for (std::size_t f = 0; f < new_face.size(); ++f) renumbered.flipped[new_face[f]] = topology.flipped[f];
-  for (std::size_t e = 0; e < new_edge.size(); ++e) renumbered.edge_twisted[new_edge[e]] = topology.edge_twisted[e];
+  list_by_vertex(renumbering.mesh, topology);
 }
 
 }  // namespace crease

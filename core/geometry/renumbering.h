@@ -21,12 +21,14 @@ struct Renumbering {
   std::vector<Index> new_face;    ///< per face of the given mesh; corners keep their order
 };
 
-/// Maps each edge of `topology` to the same edge of `renumbered`, the topology of `renumbering.mesh`.
-std::vector<Index> new_edges(const Renumbering& renumbering, const Topology& topology, const Topology& renumbered);
+/// The topology of a renumbered mesh, and the new number of each edge.
+struct RenumberedTopology {
+  /// It has the orientation of `given`: which edge of a Möbius strip is twisted is arbitrary, and must not depend on the
+  /// numbering.
+  RenumberedTopology(const Renumbering& renumbering, const Topology& given);
 
-/// Copies the flipped faces and twisted edges of `topology` to `renumbered`. Which edge of a Möbius strip is twisted is
-/// arbitrary, and must not depend on the numbering.
-void adopt_orientation(const Topology& topology, const std::vector<Index>& new_face, const std::vector<Index>& new_edge,
-                       Topology& renumbered);
+  Topology topology;
+  std::vector<Index> new_edge;
+};
 
 }  // namespace crease

@@ -134,9 +134,7 @@ void orient_faces(const Mesh& mesh, Topology& topology) {
 
 }  // namespace
 
-Topology build_topology(const Mesh& mesh) {
-  Topology topology;
-  connect_edges(mesh, topology);
+void list_by_vertex(const Mesh& mesh, Topology& topology) {
   fill_rows(topology.vertex_faces, mesh.positions.size(), mesh.triangles, [](const Triangle& t, auto&& add) {
     add(t[0]);
     if (t[1] != t[0]) add(t[1]);
@@ -146,6 +144,12 @@ Topology build_topology(const Mesh& mesh) {
     add(e.v0);
     add(e.v1);
   });
+}
+
+Topology build_topology(const Mesh& mesh) {
+  Topology topology;
+  connect_edges(mesh, topology);
+  list_by_vertex(mesh, topology);
   orient_faces(mesh, topology);
   return topology;
 }

@@ -65,6 +65,9 @@ struct Topology {
 /// Builds the adjacency of `mesh` in O(n log n). Indices must be in range.
 Topology build_topology(const Mesh& mesh);
 
+/// Fills in which faces and edges of `topology` each vertex of `mesh` has.
+void list_by_vertex(const Mesh& mesh, Topology& topology);
+
 /// The number of connected components, where faces with a common vertex are connected. Isolated vertices do not count.
 std::size_t count_components(const Mesh& mesh);
 

@@ -90,13 +90,11 @@ class AutomaticRun {
                RunContext& context, std::span<const double> weights)
       : topology_(topology),
         renumbering_(measured),
-        renumbered_(build_topology(renumbering_.mesh)),
-        edges_(new_edges(renumbering_, topology, renumbered_)),
+        renumbered_(renumbering_, topology),
         options_(options),
         context_(context),
         team_(threads, measured.triangles.size()),
         known_(context.checkpoint) {
-    adopt_orientation(topology, renumbering_.new_face, edges_, renumbered_);
     const double mean = mean_of(weights);
     for (const double weight : renumbering_.renumbered(weights)) {
       precisions_.push_back(static_cast<float>(mean > 0 ? weight / mean : 0));
@@ -106,8 +104,8 @@ class AutomaticRun {
 
   SmoothResult run() {
     ChoiceReport report;
-    if (precisions_.empty()) report.spikes = flatten_spikes(renumbering_.mesh, renumbered_);
-    const Surface surface(renumbering_.mesh, renumbered_);
+    if (precisions_.empty()) report.spikes = flatten_spikes(renumbering_.mesh, renumbered_.topology);
+    const Surface surface(renumbering_.mesh, renumbered_.topology);
     const FlatMesh mesh(surface);
     surface_ = &surface;
     mesh_ = &mesh;
@@ -355,19 +353,18 @@ class AutomaticRun {
     constexpr double kSlope = 0.5 * kDegree, kSlopeOfLittle = 5 * kDegree, kSlopeOfMore = 13.5 * kDegree;
     const double little = std::min(1.0, noise_sigma / kLittleNoise), more = std::max(0.0, noise_sigma - kLittleNoise);
     const double middle = kRidge + kBias * little, slope = kSlope + kSlopeOfLittle * little + kSlopeOfMore * more;
-    std::vector<double> of_renumbered(renumbered_.edges.size(), 0);
+    std::vector<double> of_renumbered(renumbered_.topology.edges.size(), 0);
     for (std::size_t e = 0; e < angles.size(); ++e) {
       of_renumbered[mesh_->topology_edges[e]] = 1 / (1 + std::exp((middle - static_cast<double>(angles[e])) / slope));
     }
     std::vector<double> result(topology_.edges.size());
-    for (std::size_t e = 0; e < result.size(); ++e) result[e] = of_renumbered[edges_[e]];
+    for (std::size_t e = 0; e < result.size(); ++e) result[e] = of_renumbered[renumbered_.new_edge[e]];
     return result;
   }
 
   const Topology& topology_;
   Renumbering renumbering_;
-  Topology renumbered_;
-  std::vector<Index> edges_;
+  RenumberedTopology renumbered_;
   const MrfOptions& options_;
   RunContext& context_;
   ThreadTeam team_;

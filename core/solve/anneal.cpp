@@ -118,9 +118,7 @@ SmoothResult anneal(const Mesh& measured, const Topology& topology, const MrfOpt
                     RunContext& context, std::span<const double> weights) {
   const Stopwatch stopwatch;
   const Renumbering renumbering(measured);
-  Topology renumbered = build_topology(renumbering.mesh);
-  const std::vector<Index> edges = new_edges(renumbering, topology, renumbered);
-  adopt_orientation(topology, renumbering.new_face, edges, renumbered);
+  const auto [renumbered, edges] = RenumberedTopology(renumbering, topology);
   const std::vector<double> new_weights = renumbering.renumbered(weights);
   Run run(renumbering.mesh, renumbered, options, threads, new_weights);
   const Field& field = run.annealing().field;
@@ -129,7 +127,7 @@ SmoothResult anneal(const Mesh& measured, const Topology& topology, const MrfOpt
   const double seconds_before = context.checkpoint.empty() ? 0 : run.resume(context.checkpoint, result);
   const auto seconds = [&] { return seconds_before + stopwatch.seconds(); };
   const auto positions = [&] { return gathered(field.upload_positions(renumbering.mesh), renumbering.new_vertex); };
-  const auto labels = [&] { return gathered(field.labels, edges); };
+  const auto labels = [&, &edges = edges] { return gathered(field.labels, edges); };
   const auto checkpoint = [&] { return run.checkpoint(result, seconds()); };
   while (!run.ended() && !result.cancelled) {
     const SweepRecord& record = run.sweep(result);

@@ -151,12 +151,22 @@ TEST(Renumbering, IsTheSameMeshUnderOtherNumbers) {
         EXPECT_EQ(renumbering.mesh.triangles[renumbering.new_face[f]][k], renumbering.new_vertex[mesh.triangles[f][k]]);
       }
     }
-    const Topology topology = build_topology(mesh), renumbered = build_topology(renumbering.mesh);
-    const std::vector<Index> edges = new_edges(renumbering, topology, renumbered);
+    const Topology topology = build_topology(mesh), built = build_topology(renumbering.mesh);
+    const RenumberedTopology renumbered(renumbering, topology);
     for (std::size_t e = 0; e < topology.edges.size(); ++e) {
       const auto [low, high] =
           std::minmax(renumbering.new_vertex[topology.edges[e].v0], renumbering.new_vertex[topology.edges[e].v1]);
-      EXPECT_EQ(renumbered.edges[edges[e]], (Edge{low, high})) << name;
+      EXPECT_EQ(renumbered.topology.edges[renumbered.new_edge[e]], (Edge{low, high})) << name;
+      EXPECT_EQ(renumbered.topology.edge_twisted[renumbered.new_edge[e]], topology.edge_twisted[e]) << name;
+    }
+    EXPECT_EQ(renumbered.topology.edges, built.edges) << name;
+    EXPECT_EQ(renumbered.topology.edge_faces, built.edge_faces) << name;
+    EXPECT_EQ(renumbered.topology.edge_face_count, built.edge_face_count) << name;
+    EXPECT_EQ(renumbered.topology.face_edges, built.face_edges) << name;
+    EXPECT_EQ(renumbered.topology.vertex_faces.items, built.vertex_faces.items) << name;
+    EXPECT_EQ(renumbered.topology.vertex_edges.items, built.vertex_edges.items) << name;
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+      EXPECT_EQ(renumbered.topology.flipped[renumbering.new_face[f]], topology.flipped[f]) << name;
     }
   }
 }
