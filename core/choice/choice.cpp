@@ -16,7 +16,6 @@
 namespace crease {
 namespace {
 
-constexpr std::size_t kMostFacesForReference = 60'000;  ///< that are worth another solve for the labels' sake
 constexpr double kFacesInTime = 13'000;  ///< a mesh of so many is done before anybody waits; smaller ones get more work
 
 class Choice {
@@ -43,7 +42,7 @@ class Choice {
     GraduatedResult solution = solved(final, false);
     if (options_.wants_risk) result.risk = risk_of(final, solution);
     result.positions = std::move(solution.positions);
-    if (mesh_.face_count <= kMostFacesForReference) {
+    if (is_worth_a_reference(mesh_)) {
       result.reference_positions =
           on_patches() ? solved(kReference, true).positions : evidence_.reference.result.positions;
     }

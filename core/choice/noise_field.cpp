@@ -30,7 +30,7 @@ NoiseField estimate_noise_field(const FlatMesh& mesh, std::span<const float> res
     mean += static_cast<double>(squares[v]) / static_cast<double>(count);
   }
   std::vector<float> nearby = counts;
-  mesh.diffuse(nearby, kRounds);
+  if (leave_out_border && inner < count) mesh.diffuse(nearby, kRounds);
   const auto averaged = [&](std::vector<float> values) {
     for (std::size_t v = 0; v < count; ++v) values[v] *= counts[v];
     mesh.diffuse(values, kRounds);

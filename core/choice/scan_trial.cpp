@@ -1,6 +1,7 @@
 #include "core/choice/scan_trial.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "core/choice/candidate.h"
@@ -33,15 +34,17 @@ GraduatedResult ScanSolver::solved(const Setting& setting, bool final) const {
   return solve_({mesh_, mesh_.measured, options, precisions_, {}, final});
 }
 
-ScanFeatures try_scan(const ScanSolver& solver, const FlatMesh& mesh, const NoiseSpectrum& spectrum) {
+ScanTrial try_scan(const ScanSolver& solver, const FlatMesh& mesh, const NoiseSpectrum& spectrum) {
   std::vector<ScanLook> looks;
+  FlatVectors reference;
   for (const Setting& setting : kTellingScanSettings) {
     Candidate candidate;
     candidate.result = solver.solved(setting, false);
     score_residuals(candidate, mesh, {}, false);
     looks.push_back({dihedral_angles(mesh, candidate.result.positions), candidate.residual});
+    reference = std::move(candidate.result.positions);
   }
-  return scan_features(dihedral_angles(mesh, mesh.measured), looks, spectrum);
+  return {scan_features(dihedral_angles(mesh, mesh.measured), looks, spectrum), std::move(reference)};
 }
 
 }  // namespace crease

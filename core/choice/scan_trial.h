@@ -30,7 +30,12 @@ class ScanSolver {
   mutable HingeMetric metric_;  ///< made anew wherever it is used
 };
 
+struct ScanTrial {
+  ScanFeatures features;
+  FlatVectors reference;  ///< what the last telling setting makes of the mesh
+};
+
 /// Solves the telling settings, and looks at what they make of the mesh.
-ScanFeatures try_scan(const ScanSolver& solver, const FlatMesh& mesh, const NoiseSpectrum& spectrum);
+ScanTrial try_scan(const ScanSolver& solver, const FlatMesh& mesh, const NoiseSpectrum& spectrum);
 
 }  // namespace crease

@@ -74,9 +74,9 @@ struct Segmentation {
 };
 
 /// Segments the faces twice and returns the result with less energy. One run starts from a watershed of the distance
-/// from ridges, which is best if ridges are complete. The other starts from single faces near ridges, which is best if ridges
-/// have many gaps and much noise. Each run merges pairs of neighbours as long as that lowers the energy, then does sweeps of
-/// local α-expansions and merges. Every segment is connected across interior edges.
+/// from ridges, which is best if ridges are complete. The other starts from single faces near ridges, which is best if
+/// ridges have many gaps and much noise. Each run merges pairs of neighbours as long as that lowers the energy, then
+/// does sweeps of local α-expansions and merges. Every segment is connected across interior edges.
 ///
 /// An expansion looks only at the faces within a few steps of the segment's border. A sweep therefore takes time in
 /// proportion to the borders, not to faces times segments. No cut can represent all pairs of the true energy, so each

@@ -103,8 +103,8 @@ RenumberedTopology::RenumberedTopology(const Renumbering& renumbering, const Top
       if (old == kNone) continue;
       if (edge == kNone) {
         edge = new_edge[old] = next++;
-        const auto [low, high] = std::minmax(renumbering.new_vertex[given.edges[old].v0],
-                                             renumbering.new_vertex[given.edges[old].v1]);
+        const auto [low, high] =
+            std::minmax(renumbering.new_vertex[given.edges[old].v0], renumbering.new_vertex[given.edges[old].v1]);
         topology.edges[edge] = {low, high};
         topology.edge_twisted[edge] = given.edge_twisted[old];
       }

@@ -23,8 +23,8 @@ struct Renumbering {
 
 /// The topology of a renumbered mesh, and the new number of each edge.
 struct RenumberedTopology {
-  /// It has the orientation of `given`: which edge of a Möbius strip is twisted is arbitrary, and must not depend on the
-  /// numbering.
+  /// It has the orientation of `given`: which edge of a Möbius strip is twisted is arbitrary, and must not depend on
+  /// the numbering.
   RenumberedTopology(const Renumbering& renumbering, const Topology& given);
 
   Topology topology;

@@ -62,6 +62,12 @@ CREASE_LANES_INLINE Lanes put_directions(const LaneVectors& averages, const Lane
   return length;
 }
 
+/// How much is averaged out where an average has this length.
+CREASE_LANES_INLINE Lanes log_averaged_out(const Lanes& length) {
+  const Lanes averaged_out = length < 1 ? 1 - length : Lanes{};
+  return fast_log(kLeastAveraged + averaged_out);
+}
+
 /// Averages number `next` and `next + 1`, of the upload and of the result, of blocks of eight faces.
 CREASE_WIDE_CLONES void put_averages(const Averages& averages, const std::vector<LaneAxes>& axes, std::size_t next,
                                      std::vector<NormalFeatures>& features, std::size_t begin, std::size_t end) {
@@ -72,9 +78,21 @@ CREASE_WIDE_CLONES void put_averages(const Averages& averages, const std::vector
     for (std::size_t source = 0; source < sources.size(); ++source) {
       NormalFeatures& of_block = features[block];
       const Lanes length = put_directions(sources[source], axes[block], next + source + 1, of_block);
-      const Lanes averaged_out = length < 1 ? 1 - length : Lanes{};
-      of_block.scalars[next + source].store(fast_log(kLeastAveraged + averaged_out));
+      of_block.scalars[next + source].store(log_averaged_out(length));
     }
+  }
+}
+
+/// Average number `item` of the reference, of blocks of eight faces.
+CREASE_WIDE_CLONES void put_reference(const Averages& averages, const std::vector<LaneAxes>& axes, std::size_t item,
+                                      std::vector<NormalFeatures>& features, std::size_t begin, std::size_t end) {
+  constexpr std::size_t kFirstVector = NormalFeatures::kVectors - NormalFeatures::kReferenceRounds.size(),
+                        kFirstScalar = NormalFeatures::kScalars - NormalFeatures::kReferenceRounds.size();
+  for (std::size_t block = begin; block < end; ++block) {
+    const Average* rows = averages.data() + block * NormalFeatures::kFaces;
+    const Lanes length = put_directions(transposed([&](std::size_t k) { return low(rows[k].normals); }), axes[block],
+                                        kFirstVector + item, features[block]);
+    if (item > 0) features[block].scalars[kFirstScalar + item].store(log_averaged_out(length));
   }
 }
 
@@ -102,28 +120,20 @@ class Gathering {
     for_each_face([&](std::size_t f) { areas_[f] = std::max(areas_[f], kLeastShareOfArea * mean_area_); });
   }
 
-  std::vector<NormalFeatures> gathered(const DescentSight& sight) {
+  std::vector<NormalFeatures> gathered(std::span<const float> reference, const DescentSight& sight) {
     for_each_block([&](std::size_t begin, std::size_t end) {
       for (std::size_t block = begin; block < end; ++block) put_upload(block);
     });
     std::size_t next = 0;
     for (const NormalFeatures::Averaging& averaging : NormalFeatures::kAveragings) {
       weigh(averaging.width);
-      Averages now = normals_, before(now.size());
-      int round = 0;
-      for (const int rounds : averaging.rounds) {
-        if (rounds == 0) break;
-        for (; round < rounds; ++round) {
-          now.swap(before);
-          team_.run(mesh_.face_count, kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
-            average(mesh_, weights_, before, now, begin, end);
-          });
-        }
+      average_in_rounds(normals_, averaging.rounds, [&](const Averages& now) {
         for_each_block(
             [&](std::size_t begin, std::size_t end) { put_averages(now, axes_, next, features_, begin, end); });
         next += 2;
-      }
+      });
     }
+    gather_reference(reference);
     constexpr double kLeast = 1e-3;
     const auto logarithm = [kLeast](double x) { return static_cast<float>(std::log(std::max(x, kLeast))); };
     const std::array told{logarithm(sight.noise_sigma), static_cast<float>(sight.correlation_length),
@@ -150,6 +160,37 @@ class Gathering {
   void for_each_block(Body body) {
     team_.run(features_.size(), kChunk / NormalFeatures::kFaces,
               [&](std::size_t begin, std::size_t end, std::size_t) { body(begin, end); });
+  }
+
+  /// Hands over what averaging comes to after each of the numbers of rounds, up to a 0 that is not the first.
+  template <std::size_t count, typename Visit>
+  void average_in_rounds(Averages now, const std::array<int, count>& numbers, Visit visit) {
+    Averages before(now.size());
+    int round = 0;
+    for (std::size_t i = 0; i < count && (i == 0 || numbers[i] > 0); ++i) {
+      for (; round < numbers[i]; ++round) {
+        now.swap(before);
+        team_.run(mesh_.face_count, kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
+          average(mesh_, weights_, before, now, begin, end);
+        });
+      }
+      visit(now);
+    }
+  }
+
+  void gather_reference(std::span<const float> reference) {
+    Averages normals(normals_.size());
+    for_each_face([&](std::size_t f) {
+      const auto n = unit_of(area_vector(mesh_, reference, f));
+      normals[f].normals = Lanes{n[0], n[1], n[2]};
+    });
+    weigh(NormalFeatures::kReferenceWidth);
+    std::size_t item = 0;
+    average_in_rounds(std::move(normals), NormalFeatures::kReferenceRounds, [&](const Averages& now) {
+      for_each_block(
+          [&](std::size_t begin, std::size_t end) { put_reference(now, axes_, item, features_, begin, end); });
+      ++item;
+    });
   }
 
   void set_axes(std::size_t face, const FaceFrame& frame) {
@@ -219,8 +260,9 @@ FaceFrame face_frame(const FlatMesh& mesh, std::span<const float> positions, std
 }
 
 std::vector<NormalFeatures> normal_features(const FlatMesh& mesh, std::span<const float> positions,
-                                            const DescentSight& sight, ThreadTeam& team) {
-  return Gathering(mesh, positions, team).gathered(sight);
+                                            std::span<const float> reference, const DescentSight& sight,
+                                            ThreadTeam& team) {
+  return Gathering(mesh, positions, team).gathered(reference.empty() ? positions : reference, sight);
 }
 
 }  // namespace crease

@@ -33,10 +33,11 @@ class PackedLanes {
   ShortLanes numbers_{};
 };
 
-/// What the regression of normals sees of eight faces, one in each lane. Normals of the upload and of the result are
-/// averaged over ever wider neighbourhoods; joint bilateral weights [Petschnigg et al. 2004] keep the averages on their
-/// side of the ridges of the result. `x` and `y` are the parts of these averages within the plane of the face, in a
-/// frame that is arbitrary: what is learnt from them must not depend on it.
+/// What the regression of normals sees of eight faces, one in each lane. Normals of the upload, of the result, and
+/// of the reference that the choice is made by, are averaged over ever wider neighbourhoods; joint bilateral weights
+/// [Petschnigg et al. 2004] keep the averages on their side of the ridges of the result. `x` and `y` are the parts of
+/// these averages within the plane of the face, in a frame that is arbitrary: what is learnt from them must not depend
+/// on it.
 struct NormalFeatures {
   static constexpr std::size_t kFaces = 8;
 
@@ -55,8 +56,13 @@ struct NormalFeatures {
     }
     return count;
   }();
-  static constexpr std::size_t kVectors = kAverages + 1;  ///< and the normal of the upload itself
-  static constexpr std::size_t kScalars = kAverages + 6;  ///< how much each is averaged out; area; DescentSight
+  /// Of the reference there are averages after fewer rounds, 0 for its normals themselves.
+  static constexpr float kReferenceWidth = 0.4F;
+  static constexpr std::array<int, 3> kReferenceRounds{0, 1, 4};
+  /// The normal of the upload, the averages, those of the reference.
+  static constexpr std::size_t kVectors = 1 + kAverages + kReferenceRounds.size();
+  /// How much each average is averaged out, DescentSight, area, how much those of the reference are averaged out.
+  static constexpr std::size_t kScalars = kAverages + 6 + kReferenceRounds.size() - 1;
 
   std::array<PackedLanes<32'000>, kVectors> x, y;   ///< −1 to 1
   std::array<PackedLanes<1000>, kScalars> scalars;  ///< −32 to 32
@@ -77,8 +83,10 @@ struct FaceFrame {
 };
 FaceFrame face_frame(const FlatMesh& mesh, std::span<const float> positions, std::size_t face);
 
-/// Of all faces; lanes beyond the last face have no meaning. The same bits for any number of threads.
+/// Of all faces; lanes beyond the last face have no meaning. `reference` has the positions of another result, or is
+/// empty: then those of this one stand in for it. The same bits for any number of threads.
 std::vector<NormalFeatures> normal_features(const FlatMesh& mesh, std::span<const float> positions,
-                                            const DescentSight& sight, ThreadTeam& team);
+                                            std::span<const float> reference, const DescentSight& sight,
+                                            ThreadTeam& team);
 
 }  // namespace crease

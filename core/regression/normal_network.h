@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "core/regression/layers.h"
 #include "core/regression/normal_features.h"
 
 namespace crease {
@@ -9,11 +10,8 @@ namespace crease {
 /// Mixtures of the vectors of NormalFeatures; logarithms of the lengths of both, and the scalars, go through two layers
 /// of rectified units to factors, which the mixtures and the vectors are summed with.
 struct NormalNetwork {
-  static constexpr std::size_t kMixtures = 39, kHidden = 64, kFactors = kMixtures + NormalFeatures::kVectors;
+  static constexpr std::size_t kMixtures = 36, kHidden = 64, kFactors = kMixtures + NormalFeatures::kVectors;
   static constexpr std::size_t kInputs = kFactors + NormalFeatures::kScalars;
-
-  template <std::size_t outputs, std::size_t inputs>
-  using Weights = std::array<std::array<float, inputs>, outputs>;
 
   Weights<kMixtures, NormalFeatures::kVectors> mixing;
   Weights<kHidden, kInputs> first;

@@ -238,8 +238,8 @@ TEST(NormalRegression, BringsResultsNearerToOriginalsThatItDoesNotKnow) {
       const Work work(recipe(model, noise, level));
       ChoiceReport report;
       const ChoiceResult chosen = choose_and_solve(work.surface, work.mesh, {}, {}, solved, report);
-      const FlatVectors normals =
-          regressed_normals(work.mesh, chosen.positions, sight_of(chosen.setting, report), 1, team);
+      const FlatVectors normals = regressed_normals(work.mesh, chosen.positions, chosen.reference_positions,
+                                                    sight_of(chosen.setting, report), 1, team);
       const FlatVectors turned = turned_towards(work.mesh, chosen.positions, normals, {}, team);
       const double before = normal_error_deg(work.pair.original, chosen.positions);
       const double after = normal_error_deg(work.pair.original, turned);

@@ -13,7 +13,7 @@
 #include "core/choice/evidence.h"
 #include "core/choice/patches.h"
 #include "tests/quality/error_fit.h"
-#include "tests/quality/fit_normals.h"
+#include "tests/quality/fit_regressions.h"
 #include "tests/quality/fit_scans.h"
 #include "tests/quality/fit_second_look.h"
 #include "tests/quality/pairs.h"
@@ -184,6 +184,10 @@ int main(int count, char** arguments) try {
       add_measure("measure-normals", "Writes what the regression of normals sees of faces, for fit_normals.py");
   normals->add_option("--models", of.models, "Measure the models of these folders, too")->check(CLI::ExistingDirectory);
   normals->add_option("--out", file, "File to write")->required();
+  CLI::App* labels =
+      add_measure("measure-labels", "Writes what the regression of labels sees of edges, for fit_labels.py");
+  labels->add_option("--models", of.models, "Measure the models of these folders, too")->check(CLI::ExistingDirectory);
+  labels->add_option("--out", file, "File to write")->required();
   CLI11_PARSE(app, count, arguments);
   if (measure->parsed()) {
     if (of.models.empty()) measure_pairs(of);
@@ -193,6 +197,7 @@ int main(int count, char** arguments) try {
   if (second_table->parsed()) write_second_table(files);
   if (scans->parsed()) measure_scans(of);
   if (normals->parsed()) measure_normals(of, file);
+  if (labels->parsed()) measure_labels(of, file);
   if (scan_table->parsed()) write_scan_table(files);
 } catch (const std::exception& error) {
   std::fputs((std::string(error.what()) + "\n").c_str(), stderr);

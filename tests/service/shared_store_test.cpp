@@ -214,8 +214,10 @@ TEST_F(SharedStore, ABackupTakenWhileAJobRunsIsWhole) {
   const std::string part = obj_text(add_noise(cube(10), 0.2, 1, NoiseKind::kNormal));
   const std::string id = id_of_job(server->submit(part, "sweeps=300&threads=1"));
   server->wait_for_state(id, "running");
+  worker->signal(SIGSTOP);  // the job must not end before the backup begins
   const std::string backup = folder_.path() / "backup";
   const Finished dumped = run_program({"/usr/bin/pg_dump", "--format", "custom", "--file", backup, url_});
+  worker->signal(SIGCONT);
   ASSERT_EQ(dumped.exit_code, 0) << dumped.errors;
   EXPECT_EQ(server->wait_for_end(id)["state"], "succeeded");
 

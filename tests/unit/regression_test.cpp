@@ -3,12 +3,16 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <set>
+#include <utility>
 
 #include "core/graduated/energy.h"
 #include "core/measure/measure.h"
 #include "core/measure/noise.h"
 #include "core/regression/face_turning.h"
+#include "core/regression/label_regression.h"
 #include "core/regression/normal_regression.h"
 #include "tests/support/meshes.h"
 
@@ -27,7 +31,7 @@ Vec3 vector_of(std::span<const float> flat, std::size_t i) {
 /// What the regression says of a noisy mesh whose result is a quieter one.
 FlatVectors normals_of(const FlatMesh& noisy, const FlatMesh& quieter, std::uint32_t threads = 1, float amount = 1) {
   ThreadTeam team(threads);
-  return regressed_normals(noisy, quieter.measured, kSight, amount, team);
+  return regressed_normals(noisy, quieter.measured, {}, kSight, amount, team);
 }
 
 struct NoisyPart {
@@ -97,6 +101,24 @@ TEST(NormalRegression, BringsNormalsNearerToTheSurface) {
   EXPECT_LT(after, 0.8 * before);
 }
 
+/// What another result has, and this one has not, is seldom shape.
+TEST(NormalRegression, SeesMoreInTwoResultsThanInOne) {
+  const Mesh original = test::cylinder(48, 40, 1, 3);
+  const FlatMesh noisy = flat(add_noise(original, 0.2, 1, NoiseKind::kGaussian)), truth = flat(original);
+  const FlatMesh quieter = flat(add_noise(original, 0.04, 1, NoiseKind::kGaussian));
+  const FlatMesh another = flat(add_noise(original, 0.04, 2, NoiseKind::kGaussian));
+  ThreadTeam alone(1);
+  const auto error_with = [&](std::span<const float> reference) {
+    const FlatVectors normals = regressed_normals(noisy, quieter.measured, reference, kSight, 1, alone);
+    double error = 0;
+    for (std::size_t f = 0; f < truth.face_count; ++f) {
+      error += (vector_of(normals, f) - vector_of(face_frame(truth, truth.measured, f).normal, 0)).norm();
+    }
+    return error;
+  };
+  EXPECT_LT(error_with(another.measured), 0.98 * error_with({}));
+}
+
 /// The weight between two faces that lie on each other was once not a number, and spread.
 TEST(NormalFeatures, AreFiniteAtTheSharpestFolds) {
   Mesh mesh = test::grid(8, 8);
@@ -105,7 +127,7 @@ TEST(NormalFeatures, AreFiniteAtTheSharpestFolds) {
   }
   ThreadTeam alone(1);
   const FlatMesh folded = flat(mesh);
-  const auto blocks = normal_features(folded, folded.measured, kSight, alone);
+  const auto blocks = normal_features(folded, folded.measured, {}, kSight, alone);
   for (std::size_t f = 0; f < folded.face_count; ++f) {
     const NormalFeatures& block = blocks[f / NormalFeatures::kFaces];
     const std::size_t lane = f % NormalFeatures::kFaces;
@@ -127,6 +149,68 @@ TEST(NormalRegression, GivesFacesWithoutAreaNoNormal) {
       const bool flat_face = area == std::array<float, 3>{};
       EXPECT_NEAR(vector_of(normals, f).norm(), flat_face ? 0 : 1, 1e-4) << name << " " << f;
     }
+  }
+}
+
+/// What the regression says of the edges of a noisy mesh whose result is a quieter one.
+std::vector<float> labels_of(const FlatMesh& noisy, const FlatMesh& quieter, std::uint32_t threads = 1) {
+  ThreadTeam team(threads);
+  const LabelFeatures features(noisy, quieter.measured, {}, normals_of(noisy, quieter), kSight, team);
+  return regressed_labels(noisy, features, team);
+}
+
+TEST(LabelRegression, TurnsAndMirrorsWithTheMesh) {
+  const auto [noisy, quieter] = noisy_part();
+  const std::vector<float> before = labels_of(flat(noisy), flat(quieter));
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(2, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  for (const double side : {1.0, -1.0}) {
+    const Eigen::Matrix3d matrix = turn * Vec3(1, 1, side).asDiagonal();
+    const FlatMesh turned = flat(transformed(noisy, matrix));
+    std::vector<float> after = labels_of(turned, flat(transformed(quieter, matrix)));
+    // Edges are numbered as faces use them, which mirroring changes.
+    std::map<std::pair<FlatIndex, FlatIndex>, float> by_ends;
+    for (std::size_t e = 0; e < after.size(); ++e) {
+      by_ends[{turned.edge_ends[0][e], turned.edge_ends[1][e]}] = after[e];
+    }
+    const FlatMesh mesh = flat(noisy);
+    for (std::size_t e = 0; e < before.size(); ++e) {
+      EXPECT_NEAR(before[e], by_ends.at({mesh.edge_ends[0][e], mesh.edge_ends[1][e]}), 1e-2) << e;
+    }
+  }
+}
+
+TEST(LabelRegression, IsTheSameForAnyNumberOfThreads) {
+  const auto [noisy, quieter] = noisy_part();
+  EXPECT_EQ(labels_of(flat(noisy), flat(quieter), 1), labels_of(flat(noisy), flat(quieter), 3));
+}
+
+TEST(LabelRegression, TellsRidgesFromFlats) {
+  const test::CadPart part = test::cad_part(6);
+  const auto [noisy, quieter] = noisy_part();
+  const FlatMesh mesh = flat(noisy);
+  const std::vector<float> labels = labels_of(mesh, flat(quieter));
+  std::set<std::pair<FlatIndex, FlatIndex>> ridges;
+  for (const Edge& edge : part.ridges) {
+    ridges.emplace(static_cast<FlatIndex>(std::min(edge.v0, edge.v1)),
+                   static_cast<FlatIndex>(std::max(edge.v0, edge.v1)));
+  }
+  std::size_t right = 0, known = 0;
+  for (std::size_t e = 0; e < labels.size(); ++e) {
+    const bool is_ridge = ridges.contains({mesh.edge_ends[0][e], mesh.edge_ends[1][e]});
+    EXPECT_TRUE(labels[e] >= 0 && labels[e] <= 1) << e;
+    known += is_ridge ? 1 : 0;
+    right += (labels[e] > 0.5F) == is_ridge ? 1 : 0;
+  }
+  EXPECT_EQ(known, part.ridges.size());
+  EXPECT_GT(static_cast<double>(right), 0.98 * static_cast<double>(labels.size()));
+}
+
+TEST(LabelRegression, GivesProbabilitiesToEveryMesh) {
+  for (const auto& [name, mesh, manifold, closed, degenerate] : test::mesh_family()) {
+    const Topology topology = build_topology(mesh);
+    if (!has_extent(mesh, topology)) continue;
+    const FlatMesh flat_mesh{Surface(mesh, topology)};
+    for (const float label : labels_of(flat_mesh, flat_mesh)) EXPECT_TRUE(label >= 0 && label <= 1) << name;
   }
 }
 

@@ -10,4 +10,7 @@ namespace crease::quality {
 /// fit_normals.py reads: models of the training pairs and of folders with all kinds of noise.
 void measure_normals(const Part& of, const std::string& file);
 
+/// Writes what the regression of labels sees of edges, and which of them are ridges, for fit_labels.py.
+void measure_labels(const Part& of, const std::string& file);
+
 }  // namespace crease::quality

@@ -1,0 +1,131 @@
+#include "core/regression/label_features.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace crease {
+namespace {
+
+constexpr float kLeastLength = 0.02F;  ///< of an edge
+
+template <typename Body>
+void for_each(std::size_t count, ThreadTeam& team, Body body) {
+  team.run(count, kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t i = begin; i < end; ++i) body(i);
+  });
+}
+
+float squared_norm(const HalfLanes& row) {
+  const HalfLanes squares = row * row;
+  return squares[0] + squares[1] + squares[2];
+}
+
+HalfLanes unit_of(const HalfLanes& row) {
+  const float square = squared_norm(row);
+  return square > 0 ? row / std::sqrt(square) : HalfLanes{};
+}
+
+using Normals = std::vector<LaneRow>;
+
+Normals normals_of(const FlatMesh& mesh, std::span<const float> positions, ThreadTeam& team) {
+  Normals normals(mesh.face_count);
+  for_each(mesh.face_count, team, [&](std::size_t f) {
+    const auto [x, y, z] = area_vector(mesh, positions, f);
+    normals[f].row = unit_of(HalfLanes{x, y, z, 0});
+  });
+  return normals;
+}
+
+std::vector<float> turns_of(const FlatMesh& mesh, const Normals& normals, ThreadTeam& team) {
+  std::vector<float> turns(mesh.edge_count);
+  for_each(mesh.edge_count, team, [&](std::size_t e) {
+    const auto normal = [&](std::size_t side) {
+      return normals[static_cast<std::size_t>(mesh.edge_faces[side][e])].row;
+    };
+    turns[e] = std::sqrt(squared_norm(normal(0) - normal(1)));
+  });
+  return turns;
+}
+
+}  // namespace
+
+LabelFeatures::LabelFeatures(const FlatMesh& mesh, std::span<const float> positions, std::span<const float> reference,
+                             std::span<const float> normals, const DescentSight& sight, ThreadTeam& team)
+    : mesh_(mesh), along_(mesh.edge_count), lengths_(mesh.edge_count) {
+  turns_[kOfResult] = turns_of(mesh, normals_of(mesh, positions, team), team);
+  turns_[kOfUpload] = turns_of(mesh, normals_of(mesh, mesh.measured, team), team);
+  turns_[kOfReference] =
+      reference.empty() ? turns_[kOfResult] : turns_of(mesh, normals_of(mesh, reference, team), team);
+  if (normals.empty()) {
+    turns_[kOfWanted] = turns_[kOfResult];
+  } else {
+    Normals wanted(mesh.face_count);
+    for_each(mesh.face_count, team, [&](std::size_t f) {
+      const auto [x, y, z] = vector_at(normals, f);
+      wanted[f].row = HalfLanes{x, y, z, 0};
+    });
+    turns_[kOfWanted] = turns_of(mesh, wanted, team);
+  }
+  for_each(mesh.edge_count, team, [&](std::size_t e) {
+    const auto end = [&](std::size_t side) {
+      const auto [x, y, z] = vector_at(positions, static_cast<std::size_t>(mesh.edge_ends[side][e]));
+      return HalfLanes{x, y, z, 0};
+    };
+    const HalfLanes along = end(1) - end(0);
+    along_[e].row = unit_of(along);
+    lengths_[e] = std::log(std::max(kLeastLength, std::sqrt(squared_norm(along))));
+  });
+  constexpr double kLeast = 1e-3;
+  const auto logarithm = [kLeast](double x) { return static_cast<float>(std::log(std::max(x, kLeast))); };
+  sight_ = {logarithm(sight.noise_sigma), static_cast<float>(sight.correlation_length),
+            static_cast<float>(sight.isotropy), static_cast<float>(sight.exponent), logarithm(sight.weight)};
+}
+
+float LabelFeatures::turn_beyond(Source source, std::size_t edge, std::size_t side) const {
+  const FlatIndex vertex = mesh_.edge_ends[side][edge];
+  const HalfLanes outward = side == 1 ? along_[edge].row : -along_[edge].row;
+  float largest = 0;
+  for (const Index other : mesh_.vertex_stencils[static_cast<std::size_t>(vertex)]) {
+    const bool begins = mesh_.edge_ends[0][other] == vertex;
+    if (other == edge || (!begins && mesh_.edge_ends[1][other] != vertex)) continue;
+    const HalfLanes products = outward * along_[other].row;
+    const float cosine = products[0] + products[1] + products[2];
+    largest = std::max(largest, turns_[source][other] * (begins ? cosine : -cosine));
+  }
+  return largest;
+}
+
+void LabelFeatures::put_edge(std::size_t edge, std::size_t lane, Block& block) const {
+  std::size_t next = 0;
+  const auto put = [&](float feature) { block[next++][lane] = feature; };
+  for (const std::vector<float>& turns : turns_) put(turns[edge]);
+  for (const Source source : {kOfResult, kOfWanted}) {
+    std::array<float, 4> around{};
+    std::size_t known = 0;
+    for (const auto& faces : mesh_.edge_faces) {
+      for (const auto& sides : mesh_.sides) {
+        const auto other = static_cast<std::size_t>(sides[static_cast<std::size_t>(faces[edge])]);
+        if (other != edge && known < around.size())
+          around[known++] = other < mesh_.edge_count ? turns_[source][other] : 0;
+      }
+    }
+    std::ranges::sort(around);
+    for (const float turn : around) put(turn);
+    const float one = turn_beyond(source, edge, 0), two = turn_beyond(source, edge, 1);
+    put(std::min(one, two));
+    put(std::max(one, two));
+  }
+  put(lengths_[edge]);
+  for (const float number : sight_) put(number);
+}
+
+LabelFeatures::Block LabelFeatures::block(std::size_t block) const {
+  Block features{};
+  for (std::size_t lane = 0; lane < kLaneCount; ++lane) {
+    const std::size_t edge = block * kLaneCount + lane;
+    if (edge < mesh_.edge_count) put_edge(edge, lane, features);
+  }
+  return features;
+}
+
+}  // namespace crease

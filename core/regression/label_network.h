@@ -1,0 +1,24 @@
+#pragma once
+
+#include <array>
+
+#include "core/regression/label_features.h"
+#include "core/regression/layers.h"
+
+namespace crease {
+
+/// Two layers of rectified units; the logistic function of what comes out is the label.
+struct LabelNetwork {
+  static constexpr std::size_t kHidden = 32;
+
+  Weights<kHidden, LabelFeatures::kCount> first;
+  std::array<float, kHidden> first_bias;
+  Weights<kHidden, kHidden> second;
+  std::array<float, kHidden> second_bias;
+  Weights<1, kHidden> third;
+  std::array<float, 1> third_bias;
+};
+
+extern const LabelNetwork kLabelNetwork;
+
+}  // namespace crease
