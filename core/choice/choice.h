@@ -39,7 +39,7 @@ using Solve = std::function<GraduatedResult(const SolveRequest&)>;
 struct ChoiceResult {
   Setting setting;                  ///< that was chosen; the strength is not in its weight
   FlatVectors positions;            ///< of the whole mesh
-  FlatVectors reference_positions;  ///< by the reference, or the last telling setting of scans; none for large meshes
+  FlatVectors reference_positions;  ///< by the reference, which does not merge ridges; none for scans and large meshes
   /// Expected squared error of the positions along the normals, in noise variances; if it is wanted, and known.
   std::optional<double> risk;
 };

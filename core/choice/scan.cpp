@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "core/choice/families.h"
 #include "core/choice/patches.h"
@@ -11,6 +10,14 @@
 
 namespace crease {
 namespace {
+
+ScanFeatures look_at_scan(const Surface& surface, const FlatMesh& mesh, std::span<const float> precisions,
+                          const NoiseSpectrum& spectrum, const Solve& solve, ThreadTeam& team) {
+  const auto patches = cut_for_trials(surface, precisions);
+  const FlatMesh& tried = patches ? patches->mesh : mesh;
+  return try_scan(ScanSolver(tried, patches ? patches->precisions : precisions, spectrum, solve, team), tried,
+                  spectrum);
+}
 
 /// The variance of the noise as it was estimated, over that which the user gives.
 double relative_variance(const NoiseSpectrum& spectrum, const ChoiceOptions& options) {
@@ -24,10 +31,7 @@ std::optional<ChoiceResult> remove_correlated_noise(const Surface& surface, cons
                                                     std::span<const float> precisions, const NoiseSpectrum& spectrum,
                                                     const ChoiceOptions& options, const Solve& solve,
                                                     ChoiceReport& report, ThreadTeam& team) {
-  const auto patches = cut_for_trials(surface, precisions);
-  const FlatMesh& tried = patches ? patches->mesh : mesh;
-  auto [features, reference] =
-      try_scan(ScanSolver(tried, patches ? patches->precisions : precisions, spectrum, solve, team), tried, spectrum);
+  const ScanFeatures features = look_at_scan(surface, mesh, precisions, spectrum, solve, team);
   ScanErrors errors = kFittedScanModel.expected(features);
   const std::span settings(errors.begin(), kScanSettings.size());
   restrict_to_surface(options.surface, kScanSettings, settings);
@@ -40,13 +44,8 @@ std::optional<ChoiceResult> remove_correlated_noise(const Surface& surface, cons
   const Setting chosen = kScanSettings[best_of(settings)];
   Setting final = chosen;
   final.weight *= relative / (options.strength * options.strength);
-  ChoiceResult result{.setting = chosen, .positions = {}, .reference_positions = {}, .risk = {}};
-  result.positions = solver.solved(final, true).positions;
-  if (!patches) result.reference_positions = std::move(reference);
-  if (patches && is_worth_a_reference(mesh)) {
-    result.reference_positions = solver.solved(kTellingScanSettings.back(), false).positions;
-  }
-  return result;
+  return ChoiceResult{
+      .setting = chosen, .positions = solver.solved(final, true).positions, .reference_positions = {}, .risk = {}};
 }
 
 }  // namespace crease

@@ -1,7 +1,6 @@
 #include "core/choice/scan_trial.h"
 
 #include <algorithm>
-#include <utility>
 #include <vector>
 
 #include "core/choice/candidate.h"
@@ -34,17 +33,15 @@ GraduatedResult ScanSolver::solved(const Setting& setting, bool final) const {
   return solve_({mesh_, mesh_.measured, options, precisions_, {}, final});
 }
 
-ScanTrial try_scan(const ScanSolver& solver, const FlatMesh& mesh, const NoiseSpectrum& spectrum) {
+ScanFeatures try_scan(const ScanSolver& solver, const FlatMesh& mesh, const NoiseSpectrum& spectrum) {
   std::vector<ScanLook> looks;
-  FlatVectors reference;
   for (const Setting& setting : kTellingScanSettings) {
     Candidate candidate;
     candidate.result = solver.solved(setting, false);
     score_residuals(candidate, mesh, {}, false);
     looks.push_back({dihedral_angles(mesh, candidate.result.positions), candidate.residual});
-    reference = std::move(candidate.result.positions);
   }
-  return {scan_features(dihedral_angles(mesh, mesh.measured), looks, spectrum), std::move(reference)};
+  return scan_features(dihedral_angles(mesh, mesh.measured), looks, spectrum);
 }
 
 }  // namespace crease

@@ -30,12 +30,7 @@ class ScanSolver {
   mutable HingeMetric metric_;  ///< made anew wherever it is used
 };
 
-struct ScanTrial {
-  ScanFeatures features;
-  FlatVectors reference;  ///< what the last telling setting makes of the mesh
-};
-
 /// Solves the telling settings, and looks at what they make of the mesh.
-ScanTrial try_scan(const ScanSolver& solver, const FlatMesh& mesh, const NoiseSpectrum& spectrum);
+ScanFeatures try_scan(const ScanSolver& solver, const FlatMesh& mesh, const NoiseSpectrum& spectrum);
 
 }  // namespace crease
