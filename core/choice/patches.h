@@ -31,7 +31,7 @@ std::optional<TrialPatches> cut_for_trials(const Surface& surface, std::span<con
 /// Whether a whole mesh is solved once more as it was on patches, for the regressions, which see more in two results
 /// than in one.
 inline bool is_worth_a_reference(const FlatMesh& mesh) {
-  constexpr std::size_t kMostFaces = 200'000;
+  constexpr std::size_t kMostFaces = 60'000;
   return mesh.face_count <= kMostFaces;
 }
 
