@@ -222,7 +222,7 @@ class Search {
   Products begin_direction(const Products& alpha) {
     const Factors factors = factors_by_age(-alpha);
     const auto scale = static_cast<float>(size_ > 0 && !options_.solve ? recent(0).metric_scale : 1);
-    const Products products = sum_over_blocks([&](std::size_t begin, std::size_t count) {
+    Products products = sum_over_blocks([&](std::size_t begin, std::size_t count) {
       float* const d = d_.data() + begin;
       combine_blocks(d, g_.data() + begin, scale, factors, blocks_of(&Pair::change, begin), count);
       if (options_.solve) return Products(Products::Zero());

@@ -11,11 +11,11 @@ namespace crease {
 struct LabelNetwork {
   static constexpr std::size_t kHidden = 32;
 
-  Weights<kHidden, LabelFeatures::kCount> first;
+  LayerWeights<kHidden, LabelFeatures::kCount> first;
   std::array<float, kHidden> first_bias;
-  Weights<kHidden, kHidden> second;
+  LayerWeights<kHidden, kHidden> second;
   std::array<float, kHidden> second_bias;
-  Weights<1, kHidden> third;
+  LayerWeights<1, kHidden> third;
   std::array<float, 1> third_bias;
 };
 

@@ -11,12 +11,13 @@ namespace crease {
 // edges, and have to come out the same on every machine.
 
 template <std::size_t outputs, std::size_t inputs>
-using Weights = std::array<std::array<float, inputs>, outputs>;
+using LayerWeights = std::array<std::array<float, inputs>, outputs>;
 
 /// Outputs `first` to `first + count` of `apply`.
 template <std::size_t count, std::size_t outputs, std::size_t inputs>
-CREASE_LANES_INLINE void apply_some(const Weights<outputs, inputs>& weights, const std::array<float, outputs>& bias,
-                                    const LaneArray<inputs>& in, LaneArray<outputs>& out, std::size_t first) {
+CREASE_LANES_INLINE void apply_some(const LayerWeights<outputs, inputs>& weights,
+                                    const std::array<float, outputs>& bias, const LaneArray<inputs>& in,
+                                    LaneArray<outputs>& out, std::size_t first) {
   LaneArray<count> sums{};
   for (std::size_t i = 0; i < inputs; ++i) {
     for (std::size_t k = 0; k < count; ++k) sums[k] += weights[first + k][i] * in[i];
@@ -26,7 +27,7 @@ CREASE_LANES_INLINE void apply_some(const Weights<outputs, inputs>& weights, con
 
 /// out_o = bias_o + Σ_i weights[o][i] in_i
 template <std::size_t outputs, std::size_t inputs>
-CREASE_LANES_INLINE void apply(const Weights<outputs, inputs>& weights, const std::array<float, outputs>& bias,
+CREASE_LANES_INLINE void apply(const LayerWeights<outputs, inputs>& weights, const std::array<float, outputs>& bias,
                                const LaneArray<inputs>& in, LaneArray<outputs>& out) {
   constexpr std::size_t kAtATime = 8, kRest = outputs % kAtATime;
   for (std::size_t o = 0; o + kAtATime <= outputs; o += kAtATime) apply_some<kAtATime>(weights, bias, in, out, o);

@@ -13,12 +13,12 @@ struct NormalNetwork {
   static constexpr std::size_t kMixtures = 36, kHidden = 64, kFactors = kMixtures + NormalFeatures::kVectors;
   static constexpr std::size_t kInputs = kFactors + NormalFeatures::kScalars;
 
-  Weights<kMixtures, NormalFeatures::kVectors> mixing;
-  Weights<kHidden, kInputs> first;
+  LayerWeights<kMixtures, NormalFeatures::kVectors> mixing;
+  LayerWeights<kHidden, kInputs> first;
   std::array<float, kHidden> first_bias;
-  Weights<kHidden, kHidden> second;
+  LayerWeights<kHidden, kHidden> second;
   std::array<float, kHidden> second_bias;
-  Weights<kFactors, kHidden> third;
+  LayerWeights<kFactors, kHidden> third;
   std::array<float, kFactors> third_bias;
 };
 
