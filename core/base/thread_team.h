@@ -56,6 +56,14 @@ class ThreadTeam {
   std::vector<std::jthread> helpers_;
 };
 
+/// Calls `body(i)` for each i of [0, count), in any order.
+template <typename Body>
+void for_each(std::size_t count, ThreadTeam& team, Body body) {
+  team.run(count, kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t i = begin; i < end; ++i) body(i);
+  });
+}
+
 /// Σ `term(i)` over [0, count), block by block, so that the order of additions does not depend on the threads.
 template <typename Value, typename Term>
 Value block_sum(std::size_t count, ThreadTeam& team, Term term) {

@@ -16,6 +16,7 @@
 namespace crease {
 namespace {
 
+constexpr std::size_t kMostFacesForReference = 60'000;  ///< that are worth another solve for the regressions' sake
 constexpr double kFacesInTime = 13'000;  ///< a mesh of so many is done before anybody waits; smaller ones get more work
 
 class Choice {
@@ -42,7 +43,7 @@ class Choice {
     GraduatedResult solution = solved(final, false);
     if (options_.wants_risk) result.risk = risk_of(final, solution);
     result.positions = std::move(solution.positions);
-    if (is_worth_a_reference(mesh_)) {
+    if (mesh_.face_count <= kMostFacesForReference) {
       result.reference_positions =
           on_patches() ? solved(kReference, true).positions : evidence_.reference.result.positions;
     }

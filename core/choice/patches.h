@@ -28,11 +28,4 @@ struct TrialPatches {
 /// None where the mesh is small enough. `precisions` per vertex of the surface, empty for 1.
 std::optional<TrialPatches> cut_for_trials(const Surface& surface, std::span<const float> precisions);
 
-/// Whether a whole mesh is solved once more as it was on patches, for the regressions, which see more in two results
-/// than in one.
-inline bool is_worth_a_reference(const FlatMesh& mesh) {
-  constexpr std::size_t kMostFaces = 60'000;
-  return mesh.face_count <= kMostFaces;
-}
-
 }  // namespace crease

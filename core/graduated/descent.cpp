@@ -23,13 +23,6 @@ float mean_square_floor(const GraduatedOptions& options) {
   return static_cast<float>(kLeastVariance) * options.variance;
 }
 
-template <typename Body>
-void for_each(std::size_t count, ThreadTeam& team, Body body) {
-  team.run(count, kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t i = begin; i < end; ++i) body(i);
-  });
-}
-
 }  // namespace
 
 GraduatedDescent::GraduatedDescent(const FlatMesh& mesh, std::span<const float> measured,

@@ -8,13 +8,6 @@ namespace {
 
 constexpr float kLeastLength = 0.02F;  ///< of an edge
 
-template <typename Body>
-void for_each(std::size_t count, ThreadTeam& team, Body body) {
-  team.run(count, kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t i = begin; i < end; ++i) body(i);
-  });
-}
-
 float squared_norm(const HalfLanes& row) {
   const HalfLanes squares = row * row;
   return squares[0] + squares[1] + squares[2];
@@ -51,7 +44,7 @@ std::vector<float> turns_of(const FlatMesh& mesh, const Normals& normals, Thread
 
 LabelFeatures::LabelFeatures(const FlatMesh& mesh, std::span<const float> positions, std::span<const float> reference,
                              std::span<const float> normals, const DescentSight& sight, ThreadTeam& team)
-    : mesh_(mesh), along_(mesh.edge_count), lengths_(mesh.edge_count) {
+    : mesh_(mesh), along_(mesh.edge_count), lengths_(mesh.edge_count), sight_(sight.features()) {
   turns_[kOfResult] = turns_of(mesh, normals_of(mesh, positions, team), team);
   turns_[kOfUpload] = turns_of(mesh, normals_of(mesh, mesh.measured, team), team);
   turns_[kOfReference] =
@@ -75,10 +68,6 @@ LabelFeatures::LabelFeatures(const FlatMesh& mesh, std::span<const float> positi
     along_[e].row = unit_of(along);
     lengths_[e] = std::log(std::max(kLeastLength, std::sqrt(squared_norm(along))));
   });
-  constexpr double kLeast = 1e-3;
-  const auto logarithm = [kLeast](double x) { return static_cast<float>(std::log(std::max(x, kLeast))); };
-  sight_ = {logarithm(sight.noise_sigma), static_cast<float>(sight.correlation_length),
-            static_cast<float>(sight.isotropy), static_cast<float>(sight.exponent), logarithm(sight.weight)};
 }
 
 float LabelFeatures::turn_beyond(Source source, std::size_t edge, std::size_t side) const {

@@ -15,7 +15,7 @@ namespace crease {
 /// the reference, where the regression of normals wants them, and in the upload, and the same of the edges around.
 class LabelFeatures {
  public:
-  static constexpr std::size_t kCount = 22;
+  static constexpr std::size_t kCount = 17 + DescentSight::kFeatures;
   using Block = LaneArray<kCount>;  ///< of eight edges, one in each lane
 
   /// `positions` are those of the result; `reference` may be empty, and so may `normals`, three numbers for each face,
@@ -38,7 +38,7 @@ class LabelFeatures {
   std::array<std::vector<float>, kSources> turns_;  ///< ‖n_i − n_j‖ per edge
   std::vector<LaneRow> along_;                      ///< unit directions of the edges
   std::vector<float> lengths_;                      ///< log
-  std::array<float, 5> sight_{};
+  std::array<float, DescentSight::kFeatures> sight_;
 };
 
 }  // namespace crease

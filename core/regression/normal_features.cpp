@@ -103,7 +103,7 @@ class Gathering {
         team_(team),
         areas_(mesh.face_count),
         weights_(mesh.face_count),
-        features_((mesh.face_count + NormalFeatures::kFaces - 1) / NormalFeatures::kFaces),
+        features_(mesh.face_blocks()),
         axes_(features_.size()),
         normals_(NormalFeatures::kFaces * features_.size()) {
     for_each_face([&](std::size_t f) {
@@ -134,11 +134,7 @@ class Gathering {
       });
     }
     gather_reference(reference);
-    constexpr double kLeast = 1e-3;
-    const auto logarithm = [kLeast](double x) { return static_cast<float>(std::log(std::max(x, kLeast))); };
-    const std::array told{logarithm(sight.noise_sigma), static_cast<float>(sight.correlation_length),
-                          static_cast<float>(sight.isotropy), static_cast<float>(sight.exponent),
-                          logarithm(sight.weight)};
+    const auto told = sight.features();
     for_each_block([&](std::size_t begin, std::size_t end) {
       for (std::size_t block = begin; block < end; ++block) {
         for (std::size_t k = 0; k < told.size(); ++k) features_[block].scalars[next + k].store(told[k] + Lanes{});
@@ -151,9 +147,7 @@ class Gathering {
  private:
   template <typename Body>
   void for_each_face(Body body) {
-    team_.run(mesh_.face_count, kChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
-      for (std::size_t f = begin; f < end; ++f) body(f);
-    });
+    for_each(mesh_.face_count, team_, body);
   }
 
   template <typename Body>
@@ -254,6 +248,13 @@ class Gathering {
 };
 
 }  // namespace
+
+std::array<float, DescentSight::kFeatures> DescentSight::features() const {
+  constexpr double kLeast = 1e-3;
+  const auto logarithm = [kLeast](double x) { return static_cast<float>(std::log(std::max(x, kLeast))); };
+  return {logarithm(noise_sigma), static_cast<float>(correlation_length), static_cast<float>(isotropy),
+          static_cast<float>(exponent), logarithm(weight)};
+}
 
 FaceFrame face_frame(const FlatMesh& mesh, std::span<const float> positions, std::size_t face) {
   return frame_of(unit_of(area_vector(mesh, positions, face)));

@@ -33,13 +33,26 @@ class PackedLanes {
   ShortLanes numbers_{};
 };
 
+/// How a result came about.
+struct DescentSight {
+  double noise_sigma = 0;         ///< in ℓ, as it was estimated
+  double correlation_length = 0;  ///< of the noise, in edges
+  double isotropy = 0;            ///< of the noise: 0 along the normals, 1 in all directions
+  double exponent = 1;            ///< of the potential, in the end
+  double weight = 0;              ///< of the likelihood, in units of one over the noise variance
+
+  static constexpr std::size_t kFeatures = 5;
+  /// As the networks read it.
+  std::array<float, kFeatures> features() const;
+};
+
 /// What the regression of normals sees of eight faces, one in each lane. Normals of the upload, of the result, and
 /// of the reference that the choice is made by, are averaged over ever wider neighbourhoods; joint bilateral weights
 /// [Petschnigg et al. 2004] keep the averages on their side of the ridges of the result. `x` and `y` are the parts of
 /// these averages within the plane of the face, in a frame that is arbitrary: what is learnt from them must not depend
 /// on it.
 struct NormalFeatures {
-  static constexpr std::size_t kFaces = 8;
+  static constexpr std::size_t kFaces = kLaneCount;
 
   /// Averages with weights that fall off over a `width` in ‖n_i − n_j‖, after so many rounds of averaging over the
   /// faces next to each; 0 for none.
@@ -62,19 +75,10 @@ struct NormalFeatures {
   /// The normal of the upload, the averages, those of the reference.
   static constexpr std::size_t kVectors = 1 + kAverages + kReferenceRounds.size();
   /// How much each average is averaged out, DescentSight, area, how much those of the reference are averaged out.
-  static constexpr std::size_t kScalars = kAverages + 6 + kReferenceRounds.size() - 1;
+  static constexpr std::size_t kScalars = kAverages + DescentSight::kFeatures + 1 + kReferenceRounds.size() - 1;
 
   std::array<PackedLanes<32'000>, kVectors> x, y;   ///< −1 to 1
   std::array<PackedLanes<1000>, kScalars> scalars;  ///< −32 to 32
-};
-
-/// How a result came about.
-struct DescentSight {
-  double noise_sigma = 0;         ///< in ℓ, as it was estimated
-  double correlation_length = 0;  ///< of the noise, in edges
-  double isotropy = 0;            ///< of the noise: 0 along the normals, 1 in all directions
-  double exponent = 1;            ///< of the potential, in the end
-  double weight = 0;              ///< of the likelihood, in units of one over the noise variance
 };
 
 /// A face's unit normal, or zero for a face without area, and two axes of its plane.

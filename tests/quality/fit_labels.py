@@ -9,7 +9,7 @@ import numpy
 import torch
 from torch import nn
 
-from fit_normals import print_layer
+from fit_normals import print_layer, train
 
 FEATURES, HIDDEN = 22, 32  # as in core/regression
 EPOCHS, BATCH, RATE = 24, 4096, 3e-3
@@ -48,23 +48,11 @@ def read(files):
 def fitted(weights, features, ridges):
     torch.manual_seed(1)
     network = Network(features)
-    optimizer = torch.optim.Adam(network.parameters(), lr=RATE)
-    batches = len(weights) // BATCH
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, RATE, total_steps=EPOCHS * batches, pct_start=0.1)
-    for epoch in range(EPOCHS):
-        total = 0
-        order = torch.randperm(len(weights))
-        for batch in range(batches):
-            chosen = order[batch * BATCH:(batch + 1) * BATCH]
-            loss = nn.functional.binary_cross_entropy_with_logits(network(features[chosen]), ridges[chosen],
-                                                                  weights[chosen])
-            optimizer.zero_grad()
-            loss.backward()
-            nn.utils.clip_grad_norm_(network.parameters(), 1)
-            optimizer.step()
-            schedule.step()
-            total += loss.item() / batches
-        print(f"epoch {epoch}: cross entropy {total:.5f}", file=sys.stderr, flush=True)
+
+    def loss_of(rows):
+        return nn.functional.binary_cross_entropy_with_logits(network(features[rows]), ridges[rows], weights[rows])
+
+    train(network, len(weights), loss_of, lambda mean: f"cross entropy {mean:.5f}", EPOCHS, BATCH, RATE)
     return network
 
 

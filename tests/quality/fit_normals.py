@@ -62,26 +62,35 @@ def read(files):
     return rows[:, 0], weights / weights.mean(), vectors, scalars, rows[:, -3:]
 
 
-def fitted(weights, vectors, scalars, targets):
-    torch.manual_seed(2)
-    network = Network(scalars)
-    optimizer = torch.optim.AdamW(network.parameters(), lr=RATE, weight_decay=DECAY)
-    batches = len(weights) // BATCH
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, RATE, total_steps=EPOCHS * batches, pct_start=0.1)
-    before = (weights * errors(torch.zeros(len(weights), 2), targets)).mean().item()
-    for epoch in range(EPOCHS):
+def train(network, count, loss_of, tell, epochs, batch, rate, decay=0):
+    """Minimises the mean of loss_of(rows) over `count` rows; tell(mean) makes of it what is said after each epoch."""
+    optimizer = torch.optim.AdamW(network.parameters(), lr=rate, weight_decay=decay)
+    batches = count // batch
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, rate, total_steps=epochs * batches, pct_start=0.1)
+    for epoch in range(epochs):
         total = 0
-        order = torch.randperm(len(weights))
-        for batch in range(batches):
-            chosen = order[batch * BATCH:(batch + 1) * BATCH]
-            loss = (weights[chosen] * errors(network(vectors[chosen], scalars[chosen]), targets[chosen])).mean()
+        order = torch.randperm(count)
+        for number in range(batches):
+            loss = loss_of(order[number * batch:(number + 1) * batch])
             optimizer.zero_grad()
             loss.backward()
             nn.utils.clip_grad_norm_(network.parameters(), 1)
             optimizer.step()
             schedule.step()
             total += loss.item() / batches
-        print(f"epoch {epoch}: {total / before:.4f} of the error is left", file=sys.stderr, flush=True)
+        print(f"epoch {epoch}: {tell(total)}", file=sys.stderr, flush=True)
+
+
+def fitted(weights, vectors, scalars, targets):
+    torch.manual_seed(2)
+    network = Network(scalars)
+    before = (weights * errors(torch.zeros(len(weights), 2), targets)).mean().item()
+
+    def loss_of(rows):
+        return (weights[rows] * errors(network(vectors[rows], scalars[rows]), targets[rows])).mean()
+
+    train(network, len(weights), loss_of, lambda mean: f"{mean / before:.4f} of the error is left", EPOCHS, BATCH, RATE,
+          DECAY)
     return network
 
 
