@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Makes noise-free models to fit the automatic choice to, from public ones: public_models.py FOLDER CHECKOUTS
+"""Makes noise-free models to fit the automatic choice to, from public ones: public_models.py FOLDER CHECKOUTS REMESH
 
-CHECKOUTS holds a folder for each of REPOSITORIES, all of them on GitHub. Their parts are meshed anew, the largest two
-solids of each; their meshes are taken as they are and decimated. FOLDER/small and FOLDER/large take the results. Those
-named alike but for what follows the last underscore are a family. Needs python3-gmsh, python3-numpy, python3-scipy and python3-vtk9. The same models every time.
+CHECKOUTS holds a folder for each of the repositories below, all of them on GitHub; REMESH is the program of remesh.cpp
+(`cmake --build --preset release --target remesh`). Solids are meshed anew, the largest two of each file. Meshes are
+taken as they are, decimated, and meshed anew. Parts that come as triangles, a few of each folder, are meshed anew
+between their creases. FOLDER/small and FOLDER/large take the results. Those named alike but for what follows the last
+underscore are a family. Needs python3-gmsh, python3-numpy, python3-scipy and python3-vtk9. The same models every time.
 """
 
 import concurrent.futures
@@ -11,6 +13,7 @@ import math
 import multiprocessing
 import pathlib
 import re
+import subprocess
 import sys
 import zlib
 
@@ -28,16 +31,37 @@ REPOSITORIES = [
     "mikedh/trimesh",
     "mlivesu/cinolib",
     "odedstein/meshes",
+    "pmp-library/pmp-library",
     "prusa3d/Original-Prusa-MINI",
     "prusa3d/Original-Prusa-i3",
+    "pyvista/vtk-data",
     "tpaviot/pythonocc-demos",
 ]
+REPOSITORIES_OF_PARTS = [
+    "EtteGit/EnragedRabbitProject",
+    "Gepetto/example-robot-data",
+    "Open-Cascade-SAS/OCCT",
+    "ROBOTIS-GIT/turtlebot3",
+    "TheRobotStudio/SO-ARM100",
+    "VoronDesign/Voron-0",
+    "VoronDesign/Voron-Afterburner",
+    "VoronDesign/Voron-Stealthburner",
+    "VoronDesign/Voron-Trident",
+    "poppy-project/poppy-humanoid",
+    "robotology/icub-models",
+    "ros-industrial/abb",
+    "ros-industrial/fanuc",
+    "ros-industrial/motoman",
+    "ros-industrial/universal_robot",
+    "unitreerobotics/unitree_ros",
+]
 # Those of held-out or development pairs, under any name, and what has no shape.
-LEFT_OUT = {"homer", "camel", "camelhead", "cheese", "armadillo"} | {"circle", "plane", "hele", "two"}
+LEFT_OUT = {"homer", "camel", "camelhead", "cheese", "armadillo", "shark", "turbineblade"} | {"circle", "plane", "hele", "two"}
 MESHES_OF_TRIMESH = {"cycloidal", "chair_model", "capsule", "rabbit", "quadknot", "fuze"}
 FAMILIES = {"stanford": "bunny"}
-FEWEST, MOST, MOST_OF_LARGE = 800, 22_000, 200_000
-TIMEOUT_S = 90
+FEWEST, MOST, MOST_OF_LARGE = 800, 50_000, 200_000
+MOST_OF_FOLDER = 3  # parts that come as triangles
+TIMEOUT_S = 45
 
 
 def random_for(name):
@@ -177,30 +201,74 @@ def save(path, points, triangles, most):
     models.save(path, points, triangles)
 
 
+# --- triangles meshed anew ---
+
+
+def remesh(kind, source, path, faces):
+    subprocess.run([REMESH, kind, source, path, str(faces), str(zlib.crc32(path.encode()))], check=True)
+
+
+def make_remeshed_part(source, path, name, variant):
+    remesh("part", source, path, faces_between(2500, 17_000, random_for(name)))
+
+
+def make_remeshed_mesh(source, path, name, variant):
+    """Of a mesh that was taken as it is."""
+    count = int(source.read_text().split(maxsplit=3)[2])
+    if count < 5000:
+        raise ValueError(f"{count} faces")
+    remesh("organic", source, path, faces_between(3000, min(40_000, 0.9 * count), random_for(name)))
+
+
 # --- all of them ---
 
 
+def word_of(source):
+    return re.sub("[^a-z0-9]", "", re.split("[-_. ]", source.stem.removeprefix("MINI-"))[0].lower())
+
+
+def tag_of(text):
+    return re.sub("[^a-z0-9]", "", text.lower())
+
+
+def job_of(folder, make, source, family, tag, variant):
+    size = "large" if variant == 2 else "small"
+    name = f"{tag}{variant}.off"
+    return make, source, f"{folder}/{size}/{FAMILIES.get(family, family)}_{name}", f"{family}_{name}", variant
+
+
 def jobs_of(folder, checkouts):
-    for repository in REPOSITORIES:
+    for repository in REPOSITORIES + REPOSITORIES_OF_PARTS:
         root = pathlib.Path(checkouts) / repository.split("/")[1]
         for source in sorted(root.rglob("*")):
-            kind = source.suffix.lower()
-            word = re.sub("[^a-z0-9]", "", re.split("[-_. ]", source.stem.removeprefix("MINI-"))[0].lower())
-            tag = re.sub("[^a-z0-9]", "", source.stem.lower())
+            kind, word = source.suffix.lower(), word_of(source)
             if word in LEFT_OUT or "control" in source.stem:
                 continue
             if kind in (".step", ".stp"):
-                make, word, variants = make_part, "step-" + word, [0, 1]
-            elif kind in (".obj", ".off", ".ply") and "prusa3d" not in repository:
+                for variant in (0, 1):
+                    yield job_of(folder, make_part, source, "step-" + word, tag_of(source.stem), variant)
+            elif kind in (".obj", ".off", ".ply") and repository in REPOSITORIES and "prusa3d" not in repository:
                 if "trimesh" in repository and source.stem not in MESHES_OF_TRIMESH:
                     continue
-                make, tag, variants = make_mesh, repository[:3] + tag, [0, 1, 2]
-            else:
-                continue
-            for variant in variants:
-                family, size = FAMILIES.get(word, word), "large" if variant == 2 else "small"
-                path = f"{folder}/{size}/{family}_{tag}{variant}.off"
-                yield make, source, path, f"{word}_{tag}{variant}.off", variant
+                for variant in (0, 1, 2):
+                    yield job_of(folder, make_mesh, source, word, repository[:3] + tag_of(source.stem), variant)
+
+
+def remeshing_jobs_of(folder, checkouts):
+    for source in sorted(pathlib.Path(folder).glob("*/*[012].off")):
+        if not source.name.startswith("step-"):
+            family, tag = source.stem.rsplit("_", 1)
+            yield job_of(folder, make_remeshed_mesh, source, family, tag + "-anew", 0)
+    for repository in REPOSITORIES_OF_PARTS:
+        root, of_folder = pathlib.Path(checkouts) / repository.split("/")[1], {}
+        for source in root.rglob("*"):
+            if source.suffix.lower() == ".stl":
+                of_folder.setdefault(source.parent, []).append(source)
+        for parent, sources in sorted(of_folder.items()):
+            sources.sort(key=lambda source: zlib.crc32(source.name.encode()))
+            family = "stl-" + tag_of(root.name + str(parent.relative_to(root)))
+            for source in sources[:MOST_OF_FOLDER]:
+                yield job_of(folder, make_remeshed_part, source, family, tag_of(source.stem), 0)
 
 
 def run(job):
@@ -219,9 +287,11 @@ def main(folder, checkouts):
         pathlib.Path(folder, size).mkdir(parents=True, exist_ok=True)
     with concurrent.futures.ThreadPoolExecutor() as pool:
         list(pool.map(run, jobs_of(folder, checkouts)))
+        list(pool.map(run, remeshing_jobs_of(folder, checkouts)))
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3:
+    if len(sys.argv) != 4:
         sys.exit(__doc__)
-    main(*sys.argv[1:])
+    REMESH = sys.argv[3]
+    main(*sys.argv[1:3])
