@@ -47,8 +47,8 @@ Descended descended(const Mesh& noisy, const ChoiceOptions& options, std::mt1993
   };
   ChoiceReport report;
   std::optional<ChoiceResult> result;
-  if (!options.surface) {
-    if (const auto spectrum = find_correlated_noise(surface, false, team)) {
+  if (options.correlated || !options.surface) {
+    if (const auto spectrum = find_correlated_noise(surface, options.correlated, team)) {
       result = remove_correlated_noise(surface, mesh, {}, *spectrum, options, solve, report, team);
     }
   }
@@ -163,10 +163,11 @@ class LabelWriter {
 };
 
 /// With noise of any kind, or hardly any. Sometimes for a surface that is named at random, or too strongly or too
-/// weakly: what is learnt must help where the choice is not as good as it is for models that it knows.
+/// weakly, or with growing noise that counts as correlated: what is learnt must help where the choice is not as good as
+/// it is for models that it knows.
 void measure_model(const Mesh& original, std::mt19937_64& random, const Measure& measure) {
   constexpr double kIndependent = 0.58, kHardlyAny = 0.68, kView = 0.86, kNamed = 0.2, kMostOfHardlyAny = 0.04;
-  constexpr double kOtherStrength = 0.3, kMostStrength = 1.7;
+  constexpr double kOtherStrength = 0.3, kMostStrength = 1.7, kTakenForScan = 0.4;
   std::uniform_real_distribution<double> unit(0, 1);
   ChoiceOptions options;
   if (unit(random) < kNamed) options.surface = kSettings[random() % kSettings.size()].family.name;
@@ -177,6 +178,7 @@ void measure_model(const Mesh& original, std::mt19937_64& random, const Measure&
   const double share = unit(random);
   const auto& [noise, level] = training_noises()[random() % training_noises().size()];
   if (share < kIndependent) {
+    options.correlated = noise == Noise::kGrowing && unit(random) < kTakenForScan;
     write(original, add_noise_of_kind(original, noise, level, random()));
   } else if (share < kHardlyAny) {
     const double little = std::max(0.0, kMostOfHardlyAny * (2 * unit(random) - 1));
