@@ -370,8 +370,8 @@ class AutomaticRun {
     return angles;
   }
 
-  /// Labels of the mesh's edges as the upload numbers them; 0 for those that are not interior, and for
-  /// all edges where there are no labels.
+  /// Labels of the mesh's edges as the upload numbers them; 0 for those that are not interior, and for all where there
+  /// are no labels.
   std::vector<double> upload_labels(const std::vector<float>& labels) const {
     std::vector<double> of_renumbered(renumbered_.topology.edges.size(), 0);
     for (std::size_t e = 0; e < labels.size(); ++e) {

@@ -6,11 +6,11 @@ stderr, those of models that the fit has not seen first.
 
 import sys
 
-import numpy
 import torch
 from torch import nn
 
-VECTORS, SCALARS, MIXTURES, HIDDEN = 28, 32, 36, 64  # as in core/regression
+from network_fit import print_layer, print_matrix, print_network, read_rows, train
+
 FLOOR = 1e-3  # of lengths
 LEAST_ERROR = 0.4  # degrees; a pair with less counts as one with this
 EPOCHS, BATCH, RATE, DECAY = 12, 8192, 2e-3, 0.05
@@ -19,12 +19,13 @@ EPOCHS, BATCH, RATE, DECAY = 12, 8192, 2e-3, 0.05
 class Network(nn.Module):
     """See NormalNetwork in core/regression/normal_network.h."""
 
-    def __init__(self, scalars):
+    def __init__(self, mixtures, hidden, vectors, scalars):
         super().__init__()
-        self.mixing = nn.Linear(VECTORS, MIXTURES, bias=False)
+        factors = mixtures + vectors.shape[2]
+        self.mixing = nn.Linear(vectors.shape[2], mixtures, bias=False)
         self.layers = nn.Sequential(
-            nn.Linear(MIXTURES + VECTORS + SCALARS, HIDDEN), nn.ReLU(), nn.Linear(HIDDEN, HIDDEN), nn.ReLU(),
-            nn.Linear(HIDDEN, MIXTURES + VECTORS))
+            nn.Linear(factors + scalars.shape[1], hidden), nn.ReLU(), nn.Linear(hidden, hidden), nn.ReLU(),
+            nn.Linear(hidden, factors))
         nn.init.zeros_(self.layers[-1].weight)
         nn.init.zeros_(self.layers[-1].bias)
         self.register_buffer("means", scalars.mean(0))
@@ -47,43 +48,18 @@ def errors(turns, targets):
 
 
 def read(files):
-    width = 2 + 2 * VECTORS + SCALARS + 3
-    rows, pairs = [], 0
-    for file in files:
-        part = numpy.fromfile(file, numpy.float32).reshape(-1, width)
-        part[:, 0] += pairs
-        pairs = int(part[:, 0].max()) + 1
-        rows.append(part)
-    rows = torch.from_numpy(numpy.concatenate(rows))
+    """Sizes of the network; weights, vectors, scalars and targets of faces. Errors count relative to their pair's."""
+    (vectors, scalars, *sizes), rows = read_rows(files)
     _, where, counts = torch.unique(rows[:, 0], return_inverse=True, return_counts=True)
     weights = 1 / torch.clamp(torch.rad2deg(rows[:, 1]), min=LEAST_ERROR) / counts[where]
-    vectors = rows[:, 2:2 + 2 * VECTORS].reshape(-1, 2, VECTORS)
-    scalars = rows[:, 2 + 2 * VECTORS:2 + 2 * VECTORS + SCALARS]
-    return rows[:, 0], weights / weights.mean(), vectors, scalars, rows[:, -3:]
+    first, second = 2 + 2 * vectors, 2 + 2 * vectors + scalars
+    return (sizes, weights / weights.mean(), rows[:, 2:first].reshape(-1, 2, vectors), rows[:, first:second],
+            rows[:, second:])
 
 
-def train(network, count, loss_of, tell, epochs, batch, rate, decay=0):
-    """Minimises the mean of loss_of(rows) over `count` rows; tell(mean) makes of it what is said after each epoch."""
-    optimizer = torch.optim.AdamW(network.parameters(), lr=rate, weight_decay=decay)
-    batches = count // batch
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, rate, total_steps=epochs * batches, pct_start=0.1)
-    for epoch in range(epochs):
-        total = 0
-        order = torch.randperm(count)
-        for number in range(batches):
-            loss = loss_of(order[number * batch:(number + 1) * batch])
-            optimizer.zero_grad()
-            loss.backward()
-            nn.utils.clip_grad_norm_(network.parameters(), 1)
-            optimizer.step()
-            schedule.step()
-            total += loss.item() / batches
-        print(f"epoch {epoch}: {tell(total)}", file=sys.stderr, flush=True)
-
-
-def fitted(weights, vectors, scalars, targets):
+def fitted(sizes, weights, vectors, scalars, targets):
     torch.manual_seed(2)
-    network = Network(scalars)
+    network = Network(*sizes, vectors, scalars)
     before = (weights * errors(torch.zeros(len(weights), 2), targets)).mean().item()
 
     def loss_of(rows):
@@ -94,36 +70,16 @@ def fitted(weights, vectors, scalars, targets):
     return network
 
 
-def braced(numbers):
-    return "{" + ",".join(f"{number:.6g}F" if "." in f"{number:.6g}" or "e" in f"{number:.6g}" else f"{number:.6g}"
-                          for number in numbers) + "}"
-
-
-def print_matrix(matrix):
-    print("{{\n" + ",\n".join("{" + braced(row) + "}" for row in matrix.tolist()) + "}},")
-
-
-def print_layer(weight, bias):
-    print_matrix(weight)
-    print("{" + braced(bias.tolist()) + "},")
-
-
-def print_network(network):
-    print('#include "core/regression/normal_network.h"\n\nnamespace crease {\n')
-    print("// Written by tests/quality/fit_normals.py.\n// clang-format off\n")
-    print("const NormalNetwork kNormalNetwork{")
-    with torch.no_grad():
-        first, second, third = (network.layers[i] for i in (0, 2, 4))
-        weight, bias = first.weight.clone(), first.bias.clone()
-        weight[:, -SCALARS:] /= network.deviations
-        bias -= weight[:, -SCALARS:] @ network.means
-        print_matrix(network.mixing.weight)
-        print_layer(weight, bias)
-        print_layer(second.weight, second.bias)
-        print_layer(third.weight, third.bias)
-    print("};\n\n// clang-format on\n\n}  // namespace crease")
+def print_weights(network):
+    first, second, third = (network.layers[i] for i in (0, 2, 4))
+    weight, bias, scalars = first.weight.clone(), first.bias.clone(), len(network.means)
+    weight[:, -scalars:] /= network.deviations
+    bias -= weight[:, -scalars:] @ network.means
+    print_matrix(network.mixing.weight)
+    print_layer(weight, bias)
+    print_layer(second.weight, second.bias)
+    print_layer(third.weight, third.bias)
 
 
 if __name__ == "__main__":
-    _, *samples = read(sys.argv[1:])
-    print_network(fitted(*samples))
+    print_network("normal", fitted(*read(sys.argv[1:])), print_weights)

@@ -1,10 +1,13 @@
 #include "tests/quality/fit_regressions.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <functional>
+#include <initializer_list>
 #include <numeric>
 #include <random>
 
@@ -16,7 +19,9 @@
 #include "core/options/options.h"
 #include "core/regression/face_turning.h"
 #include "core/regression/label_features.h"
+#include "core/regression/label_network.h"
 #include "core/regression/normal_features.h"
+#include "core/regression/normal_network.h"
 #include "core/regression/normal_regression.h"
 #include "tests/quality/depth_camera.h"
 #include "tests/quality/pairs.h"
@@ -71,30 +76,33 @@ std::vector<std::size_t> some_of(std::size_t all, std::size_t count, std::mt1993
   return numbers;
 }
 
-/// Numbers in single precision, one after the other.
+/// A line with the sizes of a network and of a row, then numbers in single precision, one after the other: what
+/// network_fit.py reads.
 class NumberFile {
  public:
-  explicit NumberFile(const std::string& file) : out_(file, std::ios::binary) {}
+  NumberFile(const std::string& file, std::initializer_list<std::size_t> sizes) : out_(file, std::ios::binary) {
+    out_ << fmt::format("{}\n", fmt::join(sizes, " "));
+  }
   void put(float number) { out_.write(reinterpret_cast<const char*>(&number), sizeof number); }
 
  private:
   std::ofstream out_;
 };
 
-using Measure = std::function<void(const Mesh& original, const Mesh& noisy, const ChoiceOptions&, std::mt19937_64&)>;
+using Measure = std::function<void(const Descended& result, const FlatMesh& truth, std::mt19937_64&)>;
 
 class NormalWriter {
  public:
-  explicit NormalWriter(const std::string& file) : file_(file) {}
+  explicit NormalWriter(const std::string& file)
+      : file_(file, {NormalFeatures::kVectors, NormalFeatures::kScalars, NormalNetwork::kMixtures,
+                     NormalNetwork::kHidden, 2 + 2 * NormalFeatures::kVectors + NormalFeatures::kScalars + 3}) {}
 
   /// A row per face: number of the pair, error of the pair, x, y, scalars, and the unit normal of the original in the
   /// frame of the face.
-  void operator()(const Mesh& original, const Mesh& noisy, const ChoiceOptions& options, std::mt19937_64& random) {
-    const Descended result = descended(noisy, options, random);
+  void operator()(const Descended& result, const FlatMesh& truth, std::mt19937_64& random) {
     ThreadTeam team(1);
     const auto features = normal_features(result.mesh, result.positions, result.reference, result.sight, team);
-    const FlatMesh truth(build_topology(noisy), original.triangles, original.positions);
-    const std::size_t faces = noisy.triangles.size();
+    const std::size_t faces = truth.face_count;
     std::vector<std::array<float, 3>> targets(faces);
     double error = 0;
     for (std::size_t f = 0; f < faces; ++f) {
@@ -125,18 +133,16 @@ class NormalWriter {
 
 class LabelWriter {
  public:
-  explicit LabelWriter(const std::string& file) : file_(file) {}
+  explicit LabelWriter(const std::string& file) : file_(file, {LabelNetwork::kHidden, 2 + LabelFeatures::kCount + 1}) {}
 
   /// A row per edge: number of the pair, how many of its edges the row stands for, features, and 1 for a ridge of the
   /// original. Half of the edges bend or should.
-  void operator()(const Mesh& original, const Mesh& noisy, const ChoiceOptions& options, std::mt19937_64& random) {
-    const Descended result = descended(noisy, options, random);
+  void operator()(const Descended& result, const FlatMesh& truth, std::mt19937_64& random) {
     ThreadTeam team(1);
     const FlatVectors normals =
         regressed_normals(result.mesh, result.positions, result.reference, result.sight, 1, team);
     const FlatVectors positions = turned_towards(result.mesh, result.positions, normals, {}, team);
     const LabelFeatures features(result.mesh, positions, result.reference, normals, result.sight, team);
-    const FlatMesh truth(build_topology(noisy), original.triangles, original.positions);
     const std::vector<float> angles = dihedral_angles(truth, truth.measured),
                              found = dihedral_angles(result.mesh, positions);
     const auto ridge = static_cast<float>(kReferenceRidgeDeg * kDegree), bend = static_cast<float>(8 * kDegree);
@@ -173,7 +179,9 @@ void measure_model(const Mesh& original, std::mt19937_64& random, const Measure&
   if (unit(random) < kNamed) options.surface = kSettings[random() % kSettings.size()].family.name;
   if (unit(random) < kOtherStrength) options.strength = std::pow(kMostStrength, 2 * unit(random) - 1);
   const auto write = [&](const Mesh& right, const Mesh& noisy) {
-    if (is_of_right_size(noisy)) measure(right, noisy, options, random);
+    if (!is_of_right_size(noisy)) return;
+    const Descended result = descended(noisy, options, random);
+    measure(result, FlatMesh(build_topology(noisy), right.triangles, right.positions), random);
   };
   const double share = unit(random);
   const auto& [noise, level] = training_noises()[random() % training_noises().size()];

@@ -205,20 +205,21 @@ def save(path, points, triangles, most):
 # --- triangles meshed anew ---
 
 
-def remesh(kind, source, path, faces):
-    subprocess.run([REMESH, kind, source, path, str(faces), str(zlib.crc32(path.encode()))], check=True)
+def remesh(kind, source, path, name, fewest, most):
+    faces = faces_between(fewest, most, random_for(name))
+    subprocess.run([REMESH, kind, source, path, str(faces), str(zlib.crc32(name.encode()))], check=True)
 
 
 def make_remeshed_part(source, path, name, variant):
-    remesh("part", source, path, faces_between(2500, 17_000, random_for(name)))
+    remesh("part", source, path, name, 2500, 17_000)
 
 
 def make_remeshed_mesh(source, path, name, variant):
-    """Of a mesh that was taken as it is."""
-    count = int(source.read_text().split(maxsplit=3)[2])
+    """Of what make_mesh has made."""
+    count = int(pathlib.Path(source).read_text().split(maxsplit=3)[2])
     if count < 5000:
         raise ValueError(f"{count} faces")
-    remesh("organic", source, path, faces_between(3000, min(40_000, 0.9 * count), random_for(name)))
+    remesh("organic", source, path, name, 3000, min(40_000, 0.9 * count))
 
 
 # --- all of them ---
@@ -256,10 +257,10 @@ def jobs_of(folder, checkouts):
 
 
 def remeshing_jobs_of(folder, checkouts):
-    for source in sorted(pathlib.Path(folder).glob("*/*[012].off")):
-        if not source.name.startswith("step-"):
-            family, tag = source.stem.rsplit("_", 1)
-            yield job_of(folder, make_remeshed_mesh, source, family, tag + "-anew", 0)
+    for make, _, path, *_ in jobs_of(folder, checkouts):
+        if make is make_mesh and pathlib.Path(path).exists():
+            family, tag = pathlib.Path(path).stem.rsplit("_", 1)
+            yield job_of(folder, make_remeshed_mesh, path, family, tag + "-anew", 0)
     for repository in REPOSITORIES_OF_PARTS:
         root, of_folder = pathlib.Path(checkouts) / repository.split("/")[1], {}
         for source in root.rglob("*"):

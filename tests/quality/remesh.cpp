@@ -25,8 +25,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <exception>
+#include <iterator>
+#include <optional>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -98,7 +101,7 @@ void mark_creases(const Mesh& mesh, double edge_length, Creases& creases) {
   if (length * edge_length > kMostCreases * area) throw std::runtime_error("details are fine");
 }
 
-/// Smooth between the creases of a part: Phong tessellation [Boubekeur 2008].
+/// Smooth between the creases of a part: Phong tessellation [Boubekeur & Alexa 2008].
 class CurvedSurface {
  public:
   CurvedSurface(const Mesh& mesh, const Creases& creases)
@@ -209,13 +212,16 @@ void run(bool is_part, const std::string& in, const std::string& out, double fac
   Mesh mesh = largest_component(in);
   const double edge_length = std::sqrt(pmp::area(mesh) / faces * 4 / std::sqrt(3.0));
   Creases creases = mesh.add_property_map<Edge, bool>("e:crease", false).first;
-  if (is_part) mark_creases(mesh, edge_length, creases);
-  const CurvedSurface curved(mesh, creases);
+  std::optional<CurvedSurface> curved;
+  if (is_part) {
+    mark_creases(mesh, edge_length, creases);
+    curved.emplace(mesh, creases);
+  }
   std::mt19937 random(seed);
   remesh(mesh, edge_length, creases, random);
   mesh.collect_garbage();
-  if (is_part) {
-    for (const auto v : mesh.vertices()) mesh.point(v) += curved.shift_of(mesh.point(v), edge_length);
+  if (curved) {
+    for (const auto v : mesh.vertices()) mesh.point(v) += curved->shift_of(mesh.point(v), edge_length);
   }
   if (CGAL::is_closed(mesh) && pmp::volume(mesh) < 0) pmp::reverse_face_orientations(mesh);
   constexpr int kDigits = 9;
