@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/base/thread_team.h"
 #include "core/features/features.h"
 #include "core/io/vertex_weights.h"
 #include "core/job_surface.h"
@@ -110,22 +111,24 @@ void settle_weights(std::vector<double> of_mesh, std::optional<std::string_view>
 
 }  // namespace
 
-CheckedInput check_mesh(Mesh mesh, std::vector<double> weights) {
+CheckedInput check_mesh(Mesh mesh, std::vector<double> weights, std::uint32_t threads) {
   require_faces_and_numbers(mesh);
   CheckedInput input;
   input.mesh = std::move(mesh);
   input.weights = std::move(weights);
   WeldFacts found;
-  input.welded = weld(input.mesh, 0, found);
-  input.topology = build_topology(input.mesh);
-  input.facts = inspect(input.mesh, input.topology, input.welded ? &*input.welded : nullptr, found, input.warnings);
+  ThreadTeam team(threads, input.mesh.triangles.size());
+  run_together(
+      team, [&] { input.welded = weld(input.mesh, 0, found); }, [&] { input.topology = build_topology(input.mesh); });
+  input.facts =
+      inspect(input.mesh, input.topology, input.welded ? &*input.welded : nullptr, found, input.warnings, team);
   return input;
 }
 
 CheckedInput check_input(std::string_view bytes, std::optional<MeshFormat> format, const DecodeLimits& limits,
-                         std::optional<std::string_view> weights) {
+                         std::optional<std::string_view> weights, std::uint32_t threads) {
   DecodedMesh decoded = decode_mesh(bytes, format, limits);
-  CheckedInput input = check_mesh(std::move(decoded.mesh));
+  CheckedInput input = check_mesh(std::move(decoded.mesh), {}, threads);
   input.format = decoded.format;
   input.attributes = attributes_of(decoded.appearance, input.mesh.triangles);
   input.warnings.insert(input.warnings.begin(), decoded.warnings.begin(), decoded.warnings.end());
@@ -141,14 +144,13 @@ JobOutput run_job(const CheckedInput& input, const SmoothOptions& options, RunCo
   };
   SmoothResult smoothed = smooth_surface();
   const Mesh& mesh = surface.mesh();
-  FeatureOptions feature_options;
-  feature_options.segments.threads = options.threads;
-  Features features = find_features(mesh, surface.topology(), smoothed.positions, smoothed.labels, feature_options);
+  ThreadTeam team(options.threads, mesh.triangles.size());
+  Features features = find_features(mesh, surface.topology(), smoothed.positions, smoothed.labels, {}, team);
 
   JobOutput output;
   output.facts = result_facts(surface, input.facts.mean_edge_length, smoothed, features);
   LabelledMesh& result = output.result;
-  result.dihedral_rad = surface.upload_edges(signed_dihedral_angles(mesh, surface.topology(), smoothed.positions));
+  result.dihedral_rad = surface.upload_edges(std::move(features.dihedral_rad));
   result.mesh = {surface.upload_positions(std::move(smoothed.positions)), input.mesh.triangles};
   result.edges = input.topology.edges;
   result.labels = surface.upload_edges(std::move(smoothed.labels));

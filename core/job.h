@@ -49,16 +49,17 @@ struct JobOutput {
   bool cancelled = false;
 };
 
-/// Checks a mesh and finds out what is to be smoothed. `weights` has one per vertex, or is empty.
+/// Checks a mesh and finds out what is to be smoothed. `weights` has one per vertex, or is empty. `threads` are as in
+/// SmoothOptions.
 /// \throw Error mesh_no_faces, mesh_not_finite, mesh_no_extent
-CheckedInput check_mesh(Mesh mesh, std::vector<double> weights = {});
+CheckedInput check_mesh(Mesh mesh, std::vector<double> weights = {}, std::uint32_t threads = 1);
 
 /// decode → check. `weights` is a JSON array with one for every decoded vertex (of STL: after welding) and goes before
 /// those of the mesh file. Warnings beside those of decode_mesh and inspect: weights_replaced, where both have some;
 /// weights_all_zero, where no measured position is believed.
 /// \throw Error mesh_*, weights_invalid
 CheckedInput check_input(std::string_view bytes, std::optional<MeshFormat> format, const DecodeLimits& limits = {},
-                         std::optional<std::string_view> weights = {});
+                         std::optional<std::string_view> weights = {}, std::uint32_t threads = 1);
 
 /// weld → smooth → facts: the one path of the service, `--local` and the tests. Coincident vertices of the upload get
 /// the same result, and their edges the label of the edge between them. Sweeps are shown as those of the upload.

@@ -66,7 +66,7 @@ MeshFormat checked_format(const v1::InputFacts& input, std::string_view upload) 
 }  // namespace
 
 CheckedInput check_upload(const Upload& upload) {
-  return check_input(upload.bytes, format_of(upload), upload.limits, upload.weights);
+  return check_input(upload.bytes, format_of(upload), upload.limits, upload.weights, upload.threads);
 }
 
 void describe_upload(v1::InputFacts& facts, const std::string& name, std::uint64_t bytes, const std::string& sha256) {

@@ -23,6 +23,7 @@ struct Upload {
   std::string name;    ///< of the file, without folders
   std::optional<std::string_view> weights = std::nullopt;  ///< a JSON array
   DecodeLimits limits = {};
+  std::uint32_t threads = 1;  ///< to check with; as in SmoothOptions
 };
 
 /// Decodes and checks an upload. \throw Error mesh_*, weights_invalid

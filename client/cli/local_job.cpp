@@ -31,6 +31,7 @@ LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& for
     throw Error::parameter(code::kParameterInvalid, "retention_hours", fmt::format("{}", parameters.retention_hours()),
                            "no value with --local, which keeps no jobs");
   }
+  const std::uint32_t threads = to_options(resolve(parameters)).threads;
   const std::string created_at = utc_now();
   const Stopwatch stopwatch;
   std::string bytes = read_file(mesh);
@@ -38,7 +39,7 @@ LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& for
   std::optional<std::string> weights_json;
   if (!weights.empty()) weights_json = read_file(weights);
   const CheckedInput input =
-      check_upload({.bytes = bytes, .format = format, .name = name, .weights = weights_json, .limits = {}});
+      check_upload({.bytes = bytes, .format = format, .name = name, .weights = weights_json, .threads = threads});
   v1::InputFacts facts = to_message(input);
   describe_upload(facts, name, bytes.size(), sha256_hex(bytes));
   std::vector<v1::Warning> warnings;

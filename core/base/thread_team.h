@@ -1,9 +1,11 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <limits>
 #include <thread>
@@ -55,6 +57,32 @@ class ThreadTeam {
   bool stopping_ = false;
   std::vector<std::jthread> helpers_;
 };
+
+/// A team of the calling thread alone, for those who have no other. It may be shared.
+inline ThreadTeam& calling_thread() {
+  static ThreadTeam alone(1);
+  return alone;
+}
+
+/// Calls each of `tasks`, which do not depend on each other, at the same time if the team allows. Rethrows what the
+/// first one that failed has thrown, after all have ended. A task must not use the team.
+template <typename... Tasks>
+void run_together(ThreadTeam& team, const Tasks&... tasks) {
+  const std::array<std::function<void()>, sizeof...(Tasks)> calls{std::cref(tasks)...};
+  std::array<std::exception_ptr, sizeof...(Tasks)> faults;
+  team.run(calls.size(), 1, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t task = begin; task < end; ++task) {
+      try {
+        calls[task]();
+      } catch (...) {
+        faults[task] = std::current_exception();
+      }
+    }
+  });
+  for (const std::exception_ptr& fault : faults) {
+    if (fault) std::rethrow_exception(fault);
+  }
+}
 
 /// Calls `body(i)` for each i of [0, count), in any order.
 template <typename Body>

@@ -22,9 +22,9 @@ constexpr double kFacesInTime = 13'000;  ///< a mesh of so many is done before a
 class Choice {
  public:
   Choice(const Surface& surface, const FlatMesh& mesh, std::span<const float> precisions, const ChoiceOptions& options,
-         const Solve& solve, ChoiceReport& report)
+         const Solve& solve, ChoiceReport& report, ThreadTeam& team)
       : mesh_(mesh), options_(options), solve_(solve), report_(report), patches_(cut_for_trials(surface, precisions)) {
-    const FirstSight sight = look_at(surface, options.noise_sigma, options.noise_direction);
+    const FirstSight sight = look_at(surface, options.noise_sigma, options.noise_direction, team);
     evidence_ = gather_evidence(trial_mesh(), sight, on_patches() ? patches_->precisions : precisions, options, solve,
                                 on_patches());
     precisions_.assign(precisions.begin(), precisions.end());
@@ -161,8 +161,9 @@ DescentSight sight_of(const Setting& setting, const ChoiceReport& report) {
 }
 
 ChoiceResult choose_and_solve(const Surface& surface, const FlatMesh& mesh, std::span<const float> precisions,
-                              const ChoiceOptions& options, const Solve& solve, ChoiceReport& report) {
-  return Choice(surface, mesh, precisions, options, solve, report).run();
+                              const ChoiceOptions& options, const Solve& solve, ChoiceReport& report,
+                              ThreadTeam& team) {
+  return Choice(surface, mesh, precisions, options, solve, report, team).run();
 }
 
 }  // namespace crease

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/thread_team.h"
 #include "core/choice/families.h"
 #include "core/choice/report.h"
 #include "core/geometry/surface.h"
@@ -50,6 +51,6 @@ DescentSight sight_of(const Setting& setting, const ChoiceReport& report);
 /// The automatic setting: solves a reference, learns from it what the noise and the surface are like, and solves the
 /// setting that is expected to do best. `precisions` of the likelihood per vertex, empty for 1.
 ChoiceResult choose_and_solve(const Surface& surface, const FlatMesh& mesh, std::span<const float> precisions,
-                              const ChoiceOptions& options, const Solve& solve, ChoiceReport& report);
+                              const ChoiceOptions& options, const Solve& solve, ChoiceReport& report, ThreadTeam& team);
 
 }  // namespace crease

@@ -40,8 +40,9 @@ GraduatedOptions FirstSight::options(const Setting& setting, double noise_varian
   return options;
 }
 
-FirstSight look_at(const Surface& surface, std::optional<double> sigma, std::optional<NoiseDirection> direction) {
-  const NoiseLevel level = estimate_noise_level(surface);
+FirstSight look_at(const Surface& surface, std::optional<double> sigma, std::optional<NoiseDirection> direction,
+                   ThreadTeam& team) {
+  const NoiseLevel level = estimate_noise_level(surface, team);
   FirstSight sight;
   const bool is_estimable = surface.measured.size() >= kFewestVertices;
   sight.sigma = sigma.value_or(is_estimable ? level.sigma : 0);

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "core/base/thread_team.h"
 #include "core/choice/families.h"
 #include "core/choice/report.h"
 #include "core/geometry/surface.h"
@@ -24,6 +25,7 @@ struct FirstSight {
 };
 
 /// `sigma` and `direction` are estimated where they are not given. A mesh of fewer than 40 vertices is taken for clean.
-FirstSight look_at(const Surface& surface, std::optional<double> sigma, std::optional<NoiseDirection> direction);
+FirstSight look_at(const Surface& surface, std::optional<double> sigma, std::optional<NoiseDirection> direction,
+                   ThreadTeam& team);
 
 }  // namespace crease

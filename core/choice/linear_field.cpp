@@ -90,7 +90,7 @@ void LinearField::linearize(const GraduatedEnergy& energy, std::span<const float
   normals_ = energy.vertex_normals;
   precisions_ = energy.precisions;
   for (float& precision : precisions_) precision = std::max(precision, kLeastPrecision);
-  const std::vector<float> angles = dihedral_angles(mesh_, positions);
+  const std::vector<float> angles = dihedral_angles(mesh_, positions, team_);
   const std::vector<float> stiffness = energy.stiffness(positions);
   hinges_.resize(mesh_.edge_count);
   stencils_.resize(mesh_.edge_count);

@@ -16,31 +16,31 @@ constexpr std::size_t kMostFits = 4000, kMostNeighbours = 60, kMostValence = 32,
 constexpr double kLeastFreedom = 4;
 
 /// Unit normals, smoothed over two rings.
-std::vector<Vec3> smoothed_normals(const Surface& surface) {
-  std::vector<Vec3> normals(surface.measured.size(), Vec3::Zero());
-  for (std::size_t f = 0; f < surface.faces.size(); ++f) {
-    for (const Index v : surface.faces[f]) normals[v] += surface.area_vector(f);
-  }
+std::vector<Vec3> smoothed_normals(const Surface& surface, ThreadTeam& team) {
+  const Topology& topology = surface.topology;
+  std::vector<Vec3> normals(surface.measured.size()), sums(normals.size());
+  for_each(normals.size(), team, [&](std::size_t v) {
+    normals[v] = Vec3::Zero();
+    for (const Index f : topology.vertex_faces[v]) normals[v] += surface.area_vector(f);
+  });
   for (int round = 0; round < 2; ++round) {
-    std::vector<Vec3> sums = normals;
-    for (std::size_t e = 0; e < surface.topology.edges.size(); ++e) {
-      if (!surface.topology.is_interior(e)) continue;
-      const auto [v0, v1] = surface.topology.edges[e];
-      sums[v0] += normals[v1];
-      sums[v1] += normals[v0];
-    }
+    for_each(normals.size(), team, [&](std::size_t v) {
+      sums[v] = normals[v];
+      for (const Index e : topology.vertex_edges[v]) {
+        if (topology.is_interior(e)) sums[v] += normals[other_end(topology.edges[e], static_cast<Index>(v))];
+      }
+    });
     normals.swap(sums);
   }
-  for (Vec3& normal : normals) normal = direction(normal);
+  for_each(normals.size(), team, [&](std::size_t v) { normals[v] = direction(normals[v]); });
   return normals;
 }
 
-double folded_share(const Surface& surface, const std::vector<Vec3>& normals) {
-  std::size_t folded = 0;
-  for (std::size_t f = 0; f < surface.faces.size(); ++f) {
+double folded_share(const Surface& surface, const std::vector<Vec3>& normals, ThreadTeam& team) {
+  const auto folded = block_sum<std::size_t>(surface.faces.size(), team, [&](std::size_t f) {
     const auto& [a, b, c] = surface.faces[f];
-    if (surface.area_vector(f).dot(normals[a] + normals[b] + normals[c]) < 0) ++folded;
-  }
+    return surface.area_vector(f).dot(normals[a] + normals[b] + normals[c]) < 0 ? std::size_t{1} : 0;
+  });
   return static_cast<double>(folded) / static_cast<double>(surface.faces.size());
 }
 
@@ -50,19 +50,21 @@ double median_of(std::vector<double> values) {
   return *middle;
 }
 
-double tangential_sigma(const Surface& surface, const std::vector<Vec3>& normals) {
+double tangential_sigma(const Surface& surface, const std::vector<Vec3>& normals, ThreadTeam& team) {
   constexpr double kMedianOfSquares = 0.693;  // ln 2: of half the sum of two squared standard normals
+  constexpr double kNotInside = -1;
   const std::vector<std::uint8_t> inner = inner_vertices(surface.topology);
-  std::vector<double> squares;
-  for (std::size_t v = 0; v < inner.size(); ++v) {
+  std::vector<double> squares(inner.size(), kNotInside);
+  for_each(inner.size(), team, [&](std::size_t v) {
     const auto count = static_cast<double>(surface.topology.vertex_edges[v].size());
-    if (inner[v] == 0 || count < 3) continue;
+    if (inner[v] == 0 || count < 3) return;
     Vec3 sum = Vec3::Zero();
     surface.visit_vertex_neighbors(static_cast<Index>(v), [&](Index other) { sum += surface.measured[other]; });
     Vec3 umbrella = sum / count - surface.measured[v];
     umbrella -= umbrella.dot(normals[v]) * normals[v];
-    squares.push_back(umbrella.squaredNorm() / 2 / (1 + 1 / count));
-  }
+    squares[v] = umbrella.squaredNorm() / 2 / (1 + 1 / count);
+  });
+  std::erase(squares, kNotInside);
   return squares.empty() ? 0 : std::sqrt(median_of(std::move(squares)) / kMedianOfSquares);
 }
 
@@ -135,29 +137,40 @@ std::optional<FitVariance> fit_quadric(const Surface& surface, const std::vector
   return FitVariance{std::max(squares, 0.0) / (count - rank), count - rank};
 }
 
-std::vector<FitVariance> fit_quadrics(const Surface& surface, const std::vector<Vec3>& normals) {
-  std::vector<FitVariance> fits;
-  Ring ring(surface);
+/// None where there is too little around a vertex.
+std::optional<FitVariance> fit_around(const Surface& surface, Index vertex, const Vec3& normal, Ring& ring) {
+  const std::size_t valence = surface.topology.vertex_edges[vertex].size();
+  if (valence == 0 || valence > kMostValence || normal.isZero()) return std::nullopt;
+  const std::vector<Index>& around = ring.around(vertex);
+  return around.size() < kLeastRing ? std::nullopt : fit_quadric(surface, around, normal);
+}
+
+std::vector<FitVariance> fit_quadrics(const Surface& surface, const std::vector<Vec3>& normals, ThreadTeam& team) {
+  constexpr std::size_t kFitsATime = 64;
   const std::size_t count = surface.measured.size(), stride = (count + kMostFits - 1) / kMostFits;
-  for (std::size_t v = 0; v < count; v += stride) {
-    const std::size_t valence = surface.topology.vertex_edges[v].size();
-    if (valence == 0 || valence > kMostValence || normals[v].isZero()) continue;
-    const std::vector<Index>& around = ring.around(static_cast<Index>(v));
-    if (around.size() < kLeastRing) continue;
-    if (const auto fit = fit_quadric(surface, around, normals[v])) fits.push_back(*fit);
+  std::vector<std::optional<FitVariance>> found((count + stride - 1) / stride);
+  std::vector<Ring> rings(team.size(), Ring(surface));
+  team.run(found.size(), kFitsATime, [&](std::size_t begin, std::size_t end, std::size_t thread) {
+    for (std::size_t i = begin; i < end; ++i) {
+      found[i] = fit_around(surface, static_cast<Index>(i * stride), normals[i * stride], rings[thread]);
+    }
+  });
+  std::vector<FitVariance> fits;
+  for (const auto& fit : found) {
+    if (fit) fits.push_back(*fit);
   }
   return fits;
 }
 
 }  // namespace
 
-NoiseLevel estimate_noise_level(const Surface& surface) {
+NoiseLevel estimate_noise_level(const Surface& surface, ThreadTeam& team) {
   constexpr std::size_t kLeastFits = 5;
-  const std::vector<Vec3> normals = smoothed_normals(surface);
+  const std::vector<Vec3> normals = smoothed_normals(surface, team);
   NoiseLevel level;
-  level.folded_share = folded_share(surface, normals);
-  level.sigma_tangential = tangential_sigma(surface, normals);
-  const std::vector<FitVariance> fits = fit_quadrics(surface, normals);
+  level.folded_share = folded_share(surface, normals, team);
+  level.sigma_tangential = tangential_sigma(surface, normals, team);
+  const std::vector<FitVariance> fits = fit_quadrics(surface, normals, team);
   if (fits.size() >= kLeastFits) level.sigma = std::sqrt(pooled_variance(fits));
   return level;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/base/thread_team.h"
 #include "core/geometry/surface.h"
 
 namespace crease {
@@ -11,9 +12,9 @@ struct NoiseLevel {
   double folded_share = 0;      ///< of faces that look against the smoothed normals around them
 };
 
-/// Noise along the normals from the residuals of quadrics fitted to two-rings (at most 8,000, evenly picked): the
+/// Noise along the normals from the residuals of quadrics fitted to two-rings (at most 4,000, evenly picked): the
 /// pooled variance of the fits that one level of noise explains. Noise within the surface from how far vertices lie
 /// from the mean of their neighbours.
-NoiseLevel estimate_noise_level(const Surface& surface);
+NoiseLevel estimate_noise_level(const Surface& surface, ThreadTeam& team);
 
 }  // namespace crease

@@ -90,12 +90,12 @@ class Tip {
 };
 
 /// The distance of each vertex from the mean of its neighbours; 0 without any.
-std::vector<double> heights_over_neighbours(const Mesh& mesh, const Topology& topology) {
+std::vector<double> heights_over_neighbours(const Mesh& mesh, const Topology& topology, ThreadTeam& team) {
   std::vector<double> heights(mesh.positions.size(), 0);
-  for (Index v = 0; v < heights.size(); ++v) {
-    if (topology.vertex_edges[v].empty()) continue;
-    heights[v] = (mesh.positions[v] - mean_of_neighbours(topology, mesh.positions, v)).norm();
-  }
+  for_each(heights.size(), team, [&](std::size_t v) {
+    if (topology.vertex_edges[v].empty()) return;
+    heights[v] = (mesh.positions[v] - mean_of_neighbours(topology, mesh.positions, static_cast<Index>(v))).norm();
+  });
   return heights;
 }
 
@@ -108,8 +108,8 @@ double median_of(std::vector<double> values) {
 
 }  // namespace
 
-std::vector<Index> find_spikes(const Mesh& mesh, const Topology& topology) {
-  const std::vector<double> heights = heights_over_neighbours(mesh, topology);
+std::vector<Index> find_spikes(const Mesh& mesh, const Topology& topology, ThreadTeam& team) {
+  const std::vector<double> heights = heights_over_neighbours(mesh, topology, team);
   const double usual = median_of(heights);
   std::vector<Index> spikes;
   for (Index v = 0; v < heights.size(); ++v) {
@@ -119,13 +119,13 @@ std::vector<Index> find_spikes(const Mesh& mesh, const Topology& topology) {
   return spikes;
 }
 
-std::size_t flatten_spikes(Mesh& mesh, const Topology& topology) {
+std::size_t flatten_spikes(Mesh& mesh, const Topology& topology, ThreadTeam& team) {
   constexpr double kNoNoise = 0.01;  // of ℓ
-  const std::vector<Index> spikes = find_spikes(mesh, topology);
+  const std::vector<Index> spikes = find_spikes(mesh, topology, team);
   if (spikes.empty()) return 0;
   Mesh flattened = mesh;
   for (const Index v : spikes) flattened.positions[v] = mean_of_neighbours(topology, flattened.positions, v);
-  if (look_at(Surface(flattened, topology), std::nullopt, std::nullopt).sigma < kNoNoise) return 0;
+  if (look_at(Surface(flattened, topology, team), std::nullopt, std::nullopt, team).sigma < kNoNoise) return 0;
   mesh = std::move(flattened);
   return spikes.size();
 }

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/base/thread_team.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/topology.h"
 
@@ -11,10 +12,10 @@ namespace crease {
 /// of its neighbours as is usual, and further than they are from each other; and where it moves there, the edges around
 /// it bend less than 0.6 times as much: those around a corner or the tip of a cone bend more. Where more than two in a
 /// hundred vertices are like that, none is a spike. Two that are neighbours are not found.
-std::vector<Index> find_spikes(const Mesh& mesh, const Topology& topology);
+std::vector<Index> find_spikes(const Mesh& mesh, const Topology& topology, ThreadTeam& team = calling_thread());
 
 /// Moves each spike to the mean of its neighbours, and returns how many there are. A mesh without noise stays as it is:
 /// what sticks out there is shape.
-std::size_t flatten_spikes(Mesh& mesh, const Topology& topology);
+std::size_t flatten_spikes(Mesh& mesh, const Topology& topology, ThreadTeam& team = calling_thread());
 
 }  // namespace crease

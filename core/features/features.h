@@ -20,11 +20,13 @@ struct Features {
   std::vector<Index> segments;       ///< per face; numbered from 0 in the order of their first faces
   Index segment_count = 0;
   std::vector<RidgeLine> ridge_lines;
+  std::vector<double> dihedral_rad;  ///< signed angles of the edges
 };
 
 /// Finds the features of any mesh. `labels` are in [0, 1], one per edge of `topology`. `positions` replace those of
-/// `mesh`. The same input gives the same bits.
+/// `mesh`. The same input gives the same bits, for any number of threads.
 Features find_features(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions,
-                       const std::vector<double>& labels, const FeatureOptions& options = {});
+                       const std::vector<double>& labels, const FeatureOptions& options = {},
+                       ThreadTeam& team = calling_thread());
 
 }  // namespace crease

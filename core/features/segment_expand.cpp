@@ -71,7 +71,7 @@ class LocalExpansion {
     for (int step = 1; step < kReach; ++step) {
       const std::size_t end = sites_.size();
       for (; begin < end; ++begin) {
-        for_each_neighbour(field_.topology(), sites_[begin], [&](Index, Index other) { add(other); });
+        for_each_neighbour(field_, sites_[begin], [&](Index, Index other) { add(other); });
       }
     }
   }
@@ -80,7 +80,7 @@ class LocalExpansion {
   double add_terms(Index face, Index alpha) {
     const Index own = segments_[face], site = site_of_[face];
     double stay = 0, change = 0, pairs = 0;
-    for_each_neighbour(field_.topology(), face, [&](Index edge, Index other) {
+    for_each_neighbour(field_, face, [&](Index edge, Index other) {
       const double cost = field_.border_cost(edge);
       const bool differs = segments_[other] != own;
       if (site_of_[other] == kNone) {

@@ -38,13 +38,14 @@ void merge_segments(const SegmentField& field, std::vector<Index>& segments);
 void expand_segments(const SegmentField& field, std::vector<Index>& segments);
 
 /// Gives each connected part of a segment its own number, in the order of their first faces. Returns their count.
-Index split_segments(const Topology& topology, std::vector<Index>& segments);
+Index split_segments(const SegmentField& field, std::vector<Index>& segments);
 
 /// Calls `visit(edge, neighbour)` for every interior edge of the face.
 template <typename Visit>
-void for_each_neighbour(const Topology& topology, Index face, Visit visit) {
-  for (const Index edge : topology.face_edges[face]) {
-    if (const Index other = topology.face_across(face, edge); other != kNone) visit(edge, other);
+void for_each_neighbour(const SegmentField& field, Index face, Visit visit) {
+  const std::array<Index, 3>&edges = field.topology().face_edges[face], &others = field.neighbors(face);
+  for (std::size_t k = 0; k < edges.size(); ++k) {
+    if (others[k] != kNone) visit(edges[k], others[k]);
   }
 }
 

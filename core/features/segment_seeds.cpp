@@ -106,7 +106,7 @@ class Watershed {
 
   template <typename Visit>
   void for_each_passage(Index face, Visit visit) const {
-    for_each_neighbour(field_.topology(), face, [&](Index edge, Index other) {
+    for_each_neighbour(field_, face, [&](Index edge, Index other) {
       if (!field_.is_ridge(edge)) visit(edge, other);
     });
   }
@@ -123,7 +123,7 @@ std::vector<Index> seed_segments(const SegmentField& field) { return Watershed(f
 
 std::vector<Index> seed_faces(const SegmentField& field) { return Watershed(field).flood_far_faces(); }
 
-Index split_segments(const Topology& topology, std::vector<Index>& segments) {
+Index split_segments(const SegmentField& field, std::vector<Index>& segments) {
   std::vector<Index> parts(segments.size(), kNone), queue;
   Index count = 0;
   for (Index seed = 0; seed < parts.size(); ++seed) {
@@ -131,11 +131,11 @@ Index split_segments(const Topology& topology, std::vector<Index>& segments) {
     parts[seed] = count;
     queue.assign(1, seed);
     for (std::size_t i = 0; i < queue.size(); ++i) {
-      for_each_neighbour(topology, queue[i], [&](Index, Index other) {
-        if (parts[other] != kNone || segments[other] != segments[seed]) return;
+      for (const Index other : field.neighbors(queue[i])) {
+        if (other == kNone || parts[other] != kNone || segments[other] != segments[seed]) continue;
         parts[other] = count;
         queue.push_back(other);
-      });
+      }
     }
     ++count;
   }

@@ -2,13 +2,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <exception>
 #include <numeric>
 #include <utility>
 
-#include "core/base/thread_team.h"
 #include "core/features/graph_cut.h"
 #include "core/features/segment_moves.h"
 #include "core/mesh/face_vectors.h"
@@ -18,10 +15,10 @@ namespace {
 
 constexpr double kLeastArea = 0.1;
 
-std::vector<double> face_areas(const Mesh& mesh, const std::vector<Vec3>& positions) {
-  std::vector<double> areas;
-  areas.reserve(mesh.triangles.size());
-  for (const Triangle& face : mesh.triangles) areas.push_back(area_vector(positions, face).norm() / 2);
+std::vector<double> face_areas(const Mesh& mesh, const std::vector<Vec3>& positions, ThreadTeam& team) {
+  std::vector<double> areas(mesh.triangles.size());
+  for_each(areas.size(), team,
+           [&](std::size_t face) { areas[face] = area_vector(positions, mesh.triangles[face]).norm() / 2; });
   return areas;
 }
 
@@ -58,30 +55,37 @@ double mean_or_one(const std::vector<double>& values) {
 }  // namespace
 
 SegmentField::SegmentField(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions,
-                           const std::vector<double>& labels, const SegmentOptions& options)
+                           const std::vector<double>& labels, const std::vector<double>& dihedral_rad,
+                           const SegmentOptions& options, ThreadTeam& team)
     : topology_(topology),
       labels_(labels),
       options_(options),
       border_cost_(topology.edges.size(), 0),
-      area_(face_areas(mesh, positions)),
+      area_(face_areas(mesh, positions, team)),
+      neighbors_(mesh.triangles.size()),
       rings_(count_rings(topology, labels, options.gap_rings)) {
   const double mean_area = mean_or_one(area_);
   for (double& area : area_) area = std::max(area / mean_area, kLeastArea);
   const double surface = std::accumulate(area_.begin(), area_.end(), 0.0);
   small_area_ = std::min(options.small_area, options.small_fraction * surface);
 
-  const std::vector<double> dihedral = signed_dihedral_angles(mesh, topology, positions);
+  for_each(neighbors_.size(), team, [&](std::size_t f) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      neighbors_[f][k] = topology.face_across(static_cast<Index>(f), topology.face_edges[f][k]);
+    }
+  });
   const double mean_length = mean_edge_length(positions, topology.edges);
-  for (Index e = 0; e < border_cost_.size(); ++e) {
-    if (!topology.is_interior(e)) continue;
+  std::vector<double> inside(border_cost_.size(), 0);
+  for_each(border_cost_.size(), team, [&](std::size_t e) {
+    if (!topology.is_interior(e)) return;
     const auto [v0, v1] = topology.edges[e];
     const double length = mean_length > 0 ? (positions[v0] - positions[v1]).norm() / mean_length : 0;
-    const double bend = dihedral[e] / options.bend_scale;
-    const double inside = options.ridge_weight * labels[e] * length;
+    const double bend = dihedral_rad[e] / options.bend_scale;
     const double away = 1 + std::min(rings_[v0], rings_[v1]);
-    border_cost_[e] = (1 - labels[e]) * std::exp(-bend * bend) * away * length - inside;
-    unsegmented_ += inside;
-  }
+    inside[e] = options.ridge_weight * labels[e] * length;
+    border_cost_[e] = (1 - labels[e]) * std::exp(-bend * bend) * away * length - inside[e];
+  });
+  unsegmented_ = std::accumulate(inside.begin(), inside.end(), 0.0);
 }
 
 double SegmentField::smallness(double segment_area) const {
@@ -112,45 +116,31 @@ Segmentation minimise(const SegmentField& field, std::vector<Index> segments) {
   for (std::uint32_t sweep = 0; sweep < field.options().sweeps; ++sweep) {
     std::vector<Index> moved = result.segments;
     expand_segments(field, moved);
-    split_segments(field.topology(), moved);
+    split_segments(field, moved);
     merge_segments(field, moved);
     const double energy = field.energy(moved);
     if (energy > result.energies.back() - kNegligible) break;
     result.segments = std::move(moved);
     result.energies.push_back(energy);
   }
-  result.count = split_segments(field.topology(), result.segments);
+  result.count = split_segments(field, result.segments);
   return result;
 }
 
 }  // namespace
 
-Segmentation segment_faces(const SegmentField& field) {
-  std::array<Segmentation, 2> results;
-  std::array<std::exception_ptr, 2> faults;
-  const auto segment = [&](std::size_t run) {
-    return minimise(field, run == 0 ? seed_segments(field) : seed_faces(field));
-  };
-  ThreadTeam team(field.options().threads, std::min(field.face_count(), 2 * kSitesPerThread));
-  team.run(results.size(), 1, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t run = begin; run < end; ++run) {
-      try {
-        results[run] = segment(run);
-      } catch (...) {
-        faults[run] = std::current_exception();
-      }
-    }
-  });
-  for (const std::exception_ptr& fault : faults) {
-    if (fault) std::rethrow_exception(fault);
-  }
-  auto& [from_basins, from_faces] = results;
+Segmentation segment_faces(const SegmentField& field, ThreadTeam& team) {
+  Segmentation from_basins, from_faces;
+  run_together(
+      team, [&] { from_basins = minimise(field, seed_segments(field)); },
+      [&] { from_faces = minimise(field, seed_faces(field)); });
   return std::move(from_faces.energies.back() < from_basins.energies.back() - kNegligible ? from_faces : from_basins);
 }
 
 Segmentation segment_faces(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions,
-                           const std::vector<double>& labels, const SegmentOptions& options) {
-  return segment_faces(SegmentField(mesh, topology, positions, labels, options));
+                           const std::vector<double>& labels, const SegmentOptions& options, ThreadTeam& team) {
+  const std::vector<double> dihedral_rad = signed_dihedral_angles(mesh, topology, positions, team);
+  return segment_faces(SegmentField(mesh, topology, positions, labels, dihedral_rad, options, team), team);
 }
 
 }  // namespace crease

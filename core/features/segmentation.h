@@ -1,10 +1,12 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <numbers>
 #include <span>
 #include <vector>
 
+#include "core/base/thread_team.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/topology.h"
 
@@ -19,7 +21,6 @@ struct SegmentOptions {
   double small_fraction = 0.005;  ///< a₀ is at most this fraction of the whole surface
   std::uint32_t gap_rings = 4;    ///< limit of d_e − 1 and of the watershed's distance
   std::uint32_t sweeps = 6;       ///< limit; expansions usually settle earlier
-  std::uint32_t threads = 1;      ///< 0: as many as the machine has; more than two are no use, the result is the same
 };
 
 /// The segments of a mesh as a Markov random field (§5). Sites are the faces, labels s their segments, and
@@ -36,13 +37,16 @@ struct SegmentOptions {
 /// not cross boundaries or non-manifold edges.
 class SegmentField {
  public:
-  /// `topology` and `labels` must outlive the field.
+  /// `dihedral_rad` are the signed angles of the edges. `topology` and `labels` must outlive the field.
   SegmentField(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions,
-               const std::vector<double>& labels, const SegmentOptions& options = {});
+               const std::vector<double>& labels, const std::vector<double>& dihedral_rad,
+               const SegmentOptions& options = {}, ThreadTeam& team = calling_thread());
 
   const Topology& topology() const { return topology_; }
   const SegmentOptions& options() const { return options_; }
   std::size_t face_count() const { return area_.size(); }
+  /// The face across the interior edge number k of a face; kNone where there is none.
+  const std::array<Index, 3>& neighbors(Index face) const { return neighbors_[face]; }
   bool is_ridge(Index edge) const { return crease::is_ridge(labels_[edge]); }
   /// The energy of a border along the edge minus the energy without one; negative where a border pays. 0 for edges that
   /// are not interior.
@@ -62,6 +66,7 @@ class SegmentField {
   const std::vector<double>& labels_;
   SegmentOptions options_;
   std::vector<double> border_cost_, area_;
+  std::vector<std::array<Index, 3>> neighbors_;
   std::vector<std::uint32_t> rings_;  ///< per vertex
   double unsegmented_ = 0;            ///< Σ l τ ε: the energy of a single segment without its label cost
   double small_area_ = 0;
@@ -81,8 +86,11 @@ struct Segmentation {
 /// An expansion looks only at the faces within a few steps of the segment's border. A sweep therefore takes time in
 /// proportion to the borders, not to faces times segments. No cut can represent all pairs of the true energy, so each
 /// cut minimises an upper bound that is exact at the current segments. The energy never rises.
-Segmentation segment_faces(const SegmentField& field);
+///
+/// The two runs are at the same time on two threads of the team; the result is the same.
+Segmentation segment_faces(const SegmentField& field, ThreadTeam& team = calling_thread());
 Segmentation segment_faces(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions,
-                           const std::vector<double>& labels, const SegmentOptions& options = {});
+                           const std::vector<double>& labels, const SegmentOptions& options = {},
+                           ThreadTeam& team = calling_thread());
 
 }  // namespace crease

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "core/features/graph_cut.h"
 
@@ -17,11 +18,13 @@ constexpr double kTurnSlack = 15 * (std::numbers::pi / 180);
 }  // namespace
 
 VertexClassField::VertexClassField(const Topology& topology, const std::vector<Vec3>& positions,
-                                   const std::vector<double>& labels, const VertexClassOptions& options)
+                                   const std::vector<double>& labels, const VertexClassOptions& options,
+                                   ThreadTeam& team)
     : topology_(topology), labels_(labels), options_(options), unary_(positions.size()) {
   std::vector<Largest> largest(positions.size());
-  for (Index v = 0; v < largest.size(); ++v) largest[v] = largest_labels(v);
-  for (Index v = 0; v < largest.size(); ++v) unary_[v] = evidence(positions, largest, v);
+  for_each(largest.size(), team, [&](std::size_t v) { largest[v] = largest_labels(static_cast<Index>(v)); });
+  for_each(largest.size(), team,
+           [&](std::size_t v) { unary_[v] = evidence(positions, largest, static_cast<Index>(v)); });
 }
 
 VertexClassField::Largest VertexClassField::largest_labels(Index vertex) const {
@@ -93,14 +96,18 @@ namespace {
 /// The best move that changes any set of vertices to class α.
 class Expansion {
  public:
-  Expansion(const VertexClassField& field, std::vector<VertexClass>& classes, VertexClass alpha)
-      : field_(field), classes_(classes), alpha_(alpha) {}
+  Expansion(const VertexClassField& field, std::vector<VertexClass>& classes, VertexClass alpha, ThreadTeam& team)
+      : field_(field), classes_(classes), alpha_(alpha) {
+    std::vector<std::uint8_t> is_site(classes.size());
+    for_each(is_site.size(), team,
+             [&](std::size_t v) { is_site[v] = classes[v] != alpha && may_change(static_cast<Index>(v)) ? 1 : 0; });
+    for (Index v = 0; v < is_site.size(); ++v) {
+      if (is_site[v] != 0) sites_.push_back(v);
+    }
+  }
 
   /// Makes the move. Returns whether the energy fell.
   bool run() {
-    for (Index v = 0; v < classes_.size(); ++v) {
-      if (classes_[v] != alpha_ && may_change(v)) sites_.push_back(v);
-    }
     if (sites_.empty()) return false;
     site_of_.assign(classes_.size(), kNone);
     for (const Index v : sites_) site_of_[v] = cut_.add_site();
@@ -155,23 +162,24 @@ class Expansion {
 
 }  // namespace
 
-std::vector<VertexClass> classify_vertices(const VertexClassField& field) {
+std::vector<VertexClass> classify_vertices(const VertexClassField& field, ThreadTeam& team) {
   std::vector<VertexClass> classes(field.topology().vertex_edges.size());
-  for (Index v = 0; v < classes.size(); ++v) {
-    classes[v] = *std::min_element(kAllClasses.begin(), kAllClasses.end(),
-                                   [&](VertexClass a, VertexClass b) { return field.unary(v, a) < field.unary(v, b); });
-  }
+  for_each(classes.size(), team, [&](std::size_t v) {
+    classes[v] = *std::ranges::min_element(kAllClasses, std::less(),
+                                           [&](VertexClass c) { return field.unary(static_cast<Index>(v), c); });
+  });
   bool fell = true;
   for (int round = 0; fell && round < kMaxRounds; ++round) {
     fell = false;
-    for (const VertexClass alpha : kAllClasses) fell = Expansion(field, classes, alpha).run() || fell;
+    for (const VertexClass alpha : kAllClasses) fell = Expansion(field, classes, alpha, team).run() || fell;
   }
   return classes;
 }
 
 std::vector<VertexClass> classify_vertices(const Topology& topology, const std::vector<Vec3>& positions,
-                                           const std::vector<double>& labels, const VertexClassOptions& options) {
-  return classify_vertices(VertexClassField(topology, positions, labels, options));
+                                           const std::vector<double>& labels, const VertexClassOptions& options,
+                                           ThreadTeam& team) {
+  return classify_vertices(VertexClassField(topology, positions, labels, options, team), team);
 }
 
 }  // namespace crease

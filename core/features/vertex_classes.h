@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/thread_team.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/topology.h"
 
@@ -41,7 +42,7 @@ struct VertexClassOptions {
 class VertexClassField {
  public:
   VertexClassField(const Topology& topology, const std::vector<Vec3>& positions, const std::vector<double>& labels,
-                   const VertexClassOptions& options = {});
+                   const VertexClassOptions& options = {}, ThreadTeam& team = calling_thread());
 
   const Topology& topology() const { return topology_; }
   double unary(Index vertex, VertexClass c) const { return unary_[vertex][static_cast<std::size_t>(c)]; }
@@ -73,8 +74,9 @@ class VertexClassField {
 /// Minimises the field by α-expansion [Boykov, Veksler & Zabih 2001], starting from the class with the best unary term
 /// at each vertex. The energy never rises. No single expansion can lower the energy of the result, which bounds it by a
 /// constant factor of the optimum.
-std::vector<VertexClass> classify_vertices(const VertexClassField& field);
+std::vector<VertexClass> classify_vertices(const VertexClassField& field, ThreadTeam& team = calling_thread());
 std::vector<VertexClass> classify_vertices(const Topology& topology, const std::vector<Vec3>& positions,
-                                           const std::vector<double>& labels, const VertexClassOptions& options = {});
+                                           const std::vector<double>& labels, const VertexClassOptions& options = {},
+                                           ThreadTeam& team = calling_thread());
 
 }  // namespace crease

@@ -10,15 +10,17 @@ namespace {
 
 constexpr int kBits = 20;
 
-/// Spreads the low 20 bits three places apart.
+/// Spreads the low 20 bits three places apart: 10 and 10, then 5 and 5 and so on.
 std::uint64_t spread(std::uint64_t bits) {
-  std::uint64_t result = 0;
-  for (int i = 0; i < kBits; ++i) result |= ((bits >> i) & 1U) << (3 * i);
-  return result;
+  bits = (bits | bits << 32) & 0x001f00000000ffffU;
+  bits = (bits | bits << 16) & 0x001f0000ff0000ffU;
+  bits = (bits | bits << 8) & 0x100f00f00f00f00fU;
+  bits = (bits | bits << 4) & 0x10c30c30c30c30c3U;
+  return (bits | bits << 2) & 0x1249249249249249U;
 }
 
 /// Place on the Morton curve through the bounding box.
-std::vector<std::uint64_t> morton_codes(const std::vector<Vec3>& positions) {
+std::vector<std::uint64_t> morton_codes(const std::vector<Vec3>& positions, ThreadTeam& team) {
   Vec3 low = positions.front(), high = positions.front();
   for (const Vec3& position : positions) {
     low = low.cwiseMin(position);
@@ -26,24 +28,31 @@ std::vector<std::uint64_t> morton_codes(const std::vector<Vec3>& positions) {
   }
   const double extent = (high - low).maxCoeff();
   const double scale = extent > 0 && std::isfinite(extent) ? ((1 << kBits) - 1) / extent : 0;
-  std::vector<std::uint64_t> codes;
-  codes.reserve(positions.size());
-  for (const Vec3& position : positions) {
-    const Vec3 cell = (position - low) * scale;
-    codes.push_back(spread(static_cast<std::uint64_t>(cell.x())) | spread(static_cast<std::uint64_t>(cell.y())) << 1 |
-                    spread(static_cast<std::uint64_t>(cell.z())) << 2);
-  }
+  std::vector<std::uint64_t> codes(positions.size());
+  for_each(codes.size(), team, [&](std::size_t v) {
+    const Vec3 cell = (positions[v] - low) * scale;
+    codes[v] = spread(static_cast<std::uint64_t>(cell.x())) | spread(static_cast<std::uint64_t>(cell.y())) << 1 |
+               spread(static_cast<std::uint64_t>(cell.z())) << 2;
+  });
   return codes;
 }
 
 /// Where each item goes when they are put in the order of their keys; equal keys keep their order.
-std::vector<Index> places_by(const std::vector<std::uint64_t>& keys) {
-  std::vector<std::pair<std::uint64_t, Index>> order;
-  order.reserve(keys.size());
-  for (Index item = 0; item < keys.size(); ++item) order.emplace_back(keys[item], item);
-  std::sort(order.begin(), order.end());
+std::vector<Index> places_by(const std::vector<std::uint64_t>& keys, ThreadTeam& team) {
+  std::vector<std::pair<std::uint64_t, Index>> order(keys.size());
+  const auto middle = order.begin() + static_cast<std::ptrdiff_t>(order.size() / 2);
+  const auto sort_part = [&](auto begin, auto end) {
+    for (auto entry = begin; entry != end; ++entry) {
+      const auto item = static_cast<Index>(entry - order.begin());
+      *entry = {keys[item], item};
+    }
+    std::sort(begin, end);
+  };
+  run_together(
+      team, [&] { sort_part(order.begin(), middle); }, [&] { sort_part(middle, order.end()); });
+  std::inplace_merge(order.begin(), middle, order.end());
   std::vector<Index> places(keys.size());
-  for (Index place = 0; place < order.size(); ++place) places[order[place].second] = place;
+  for_each(order.size(), team, [&](std::size_t place) { places[order[place].second] = static_cast<Index>(place); });
   return places;
 }
 
@@ -58,22 +67,22 @@ std::vector<Index> places_by(const std::vector<Index>& keys, std::size_t count) 
 
 }  // namespace
 
-Renumbering::Renumbering(const Mesh& given) {
-  new_vertex = places_by(morton_codes(given.positions));
+Renumbering::Renumbering(const Mesh& given, ThreadTeam& team) {
+  new_vertex = places_by(morton_codes(given.positions, team), team);
   mesh.positions.resize(given.positions.size());
-  for (std::size_t v = 0; v < given.positions.size(); ++v) mesh.positions[new_vertex[v]] = given.positions[v];
+  for_each(given.positions.size(), team, [&](std::size_t v) { mesh.positions[new_vertex[v]] = given.positions[v]; });
 
-  std::vector<Index> first_vertex;
-  first_vertex.reserve(given.triangles.size());
-  for (const auto& [a, b, c] : given.triangles) {
-    first_vertex.push_back(std::min({new_vertex[a], new_vertex[b], new_vertex[c]}));
-  }
+  std::vector<Index> first_vertex(given.triangles.size());
+  for_each(first_vertex.size(), team, [&](std::size_t f) {
+    const auto& [a, b, c] = given.triangles[f];
+    first_vertex[f] = std::min({new_vertex[a], new_vertex[b], new_vertex[c]});
+  });
   new_face = places_by(first_vertex, given.positions.size());
   mesh.triangles.resize(given.triangles.size());
-  for (std::size_t f = 0; f < given.triangles.size(); ++f) {
+  for_each(given.triangles.size(), team, [&](std::size_t f) {
     const auto& [a, b, c] = given.triangles[f];
     mesh.triangles[new_face[f]] = {new_vertex[a], new_vertex[b], new_vertex[c]};
-  }
+  });
 }
 
 std::vector<double> Renumbering::renumbered(std::span<const double> values) const {
@@ -82,7 +91,7 @@ std::vector<double> Renumbering::renumbered(std::span<const double> values) cons
   return result;
 }
 
-RenumberedTopology::RenumberedTopology(const Renumbering& renumbering, const Topology& given)
+RenumberedTopology::RenumberedTopology(const Renumbering& renumbering, const Topology& given, ThreadTeam& team)
     : new_edge(given.edges.size(), kNone) {
   const std::size_t faces = renumbering.new_face.size(), edges = given.edges.size();
   topology.edges.resize(edges);
@@ -91,28 +100,29 @@ RenumberedTopology::RenumberedTopology(const Renumbering& renumbering, const Top
   topology.edge_twisted.resize(edges);
   topology.face_edges.resize(faces);
   topology.flipped.resize(faces);
-  std::vector<Index> old_face(faces);
-  for (Index f = 0; f < faces; ++f) old_face[renumbering.new_face[f]] = f;
+  for_each(faces, team, [&](std::size_t old) {
+    const Index f = renumbering.new_face[old];
+    topology.flipped[f] = given.flipped[old];
+    topology.face_edges[f] = given.face_edges[old];  // numbered below
+  });
   Index next = 0;
   for (Index f = 0; f < faces; ++f) {
-    topology.flipped[f] = given.flipped[old_face[f]];
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Index old = given.face_edges[old_face[f]][k];
-      Index& edge = topology.face_edges[f][k];
-      edge = old == kNone ? kNone : new_edge[old];
-      if (old == kNone) continue;
-      if (edge == kNone) {
-        edge = new_edge[old] = next++;
-        const auto [low, high] =
-            std::minmax(renumbering.new_vertex[given.edges[old].v0], renumbering.new_vertex[given.edges[old].v1]);
-        topology.edges[edge] = {low, high};
-        topology.edge_twisted[edge] = given.edge_twisted[old];
-      }
+    for (Index& edge : topology.face_edges[f]) {
+      if (edge == kNone) continue;
+      Index& number = new_edge[edge];
+      if (number == kNone) number = next++;
+      edge = number;
       const std::uint32_t seen = topology.edge_face_count[edge]++;
       if (seen < 2) topology.edge_faces[edge][seen] = f;
     }
   }
-  list_by_vertex(renumbering.mesh, topology);
+  for_each(edges, team, [&](std::size_t old) {
+    const auto [low, high] =
+        std::minmax(renumbering.new_vertex[given.edges[old].v0], renumbering.new_vertex[given.edges[old].v1]);
+    topology.edges[new_edge[old]] = {low, high};
+    topology.edge_twisted[new_edge[old]] = given.edge_twisted[old];
+  });
+  list_by_vertex(renumbering.mesh, topology, team);
 }
 
 }  // namespace crease

@@ -6,27 +6,27 @@
 namespace crease {
 namespace {
 
-std::vector<Triangle> oriented_faces(const Mesh& mesh, const Topology& topology) {
+std::vector<Triangle> oriented_faces(const Mesh& mesh, const Topology& topology, ThreadTeam& team) {
   std::vector<Triangle> faces(mesh.triangles.size());
-  for (std::size_t f = 0; f < faces.size(); ++f) faces[f] = oriented(mesh, topology, f);
+  for_each(faces.size(), team, [&](std::size_t f) { faces[f] = oriented(mesh, topology, f); });
   return faces;
 }
 
-std::vector<Vec3> relative_positions(const std::vector<Vec3>& positions, const Vec3& origin, double unit) {
-  std::vector<Vec3> result;
-  result.reserve(positions.size());
-  for (const Vec3& position : positions) result.push_back((position - origin) / unit);
+std::vector<Vec3> relative_positions(const std::vector<Vec3>& positions, const Vec3& origin, double unit,
+                                     ThreadTeam& team) {
+  std::vector<Vec3> result(positions.size());
+  for_each(result.size(), team, [&](std::size_t v) { result[v] = (positions[v] - origin) / unit; });
   return result;
 }
 
 }  // namespace
 
-Surface::Surface(const Mesh& mesh, const Topology& mesh_topology)
+Surface::Surface(const Mesh& mesh, const Topology& mesh_topology, ThreadTeam& team)
     : topology(mesh_topology),
       unit(mean_edge_length(mesh.positions, topology.edges)),
       origin(mesh.positions[mesh.triangles.front()[0]]),
-      faces(oriented_faces(mesh, topology)),
-      measured(relative_positions(mesh.positions, origin, unit)),
+      faces(oriented_faces(mesh, topology, team)),
+      measured(relative_positions(mesh.positions, origin, unit, team)),
       positions(measured) {}
 
 void Surface::normals_of_faces(std::vector<Vec3>& result) const {

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/base/thread_team.h"
 #include "core/mesh/face_vectors.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/topology.h"
@@ -12,7 +13,7 @@ namespace crease {
 /// that has a face, and the faces are oriented consistently.
 struct Surface {
   /// The mesh must have faces and a finite mean edge length above 0. The topology must outlive the surface.
-  Surface(const Mesh& mesh, const Topology& mesh_topology);
+  Surface(const Mesh& mesh, const Topology& mesh_topology, ThreadTeam& team = calling_thread());
 
   const Topology& topology;
   double unit = 1;  ///< ℓ in the units of the upload

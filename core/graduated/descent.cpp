@@ -62,7 +62,7 @@ GraduatedResult GraduatedDescent::run(const StageObserver& observer) {
   }
   for (int stage = first_stage_; stage < options_.stages; ++stage) {
     begin_stage(stage);
-    minimize(function, positions_, search, team_);
+    minimize(function, positions_, search, team_, memory_);
     if (observer && !observer({stage, energy_, positions_, latent_})) break;
   }
   return {positions_, energy_.vertex_normals, latent_, energy_.parts()};

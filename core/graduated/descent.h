@@ -6,6 +6,7 @@
 #include "core/graduated/energy.h"
 #include "core/graduated/hinge_metric.h"
 #include "core/graduated/latent_variance.h"
+#include "core/graduated/lbfgs.h"
 #include "core/graduated/potential.h"
 
 namespace crease {
@@ -77,6 +78,7 @@ class GraduatedDescent {
   ThreadTeam& team_;
   GraduatedEnergy energy_;
   FlatVectors positions_, area_vectors_;
+  LbfgsMemory memory_;
   FlatVectors smoothed_;                   ///< by the stage before, for families that diffuse
   std::vector<float> inverse_curvatures_;  ///< of the stage, a number for each of `positions_`
   LatentVariance latent_;

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/thread_team.h"
 #include "core/geometry/lanes.h"
 #include "core/geometry/surface.h"
 #include "core/graduated/face_tiles.h"
@@ -21,8 +22,10 @@ using FlatIndex = std::int32_t;
 /// over faces, edges and vertices run in SIMD lanes. Only interior edges are in it.
 struct FlatMesh {
   /// `faces` are wound as the topology turns them, `positions` in units of ℓ. The topology need not outlive the object.
-  FlatMesh(const Topology& topology, const std::vector<Triangle>& faces, const std::vector<Vec3>& positions);
-  explicit FlatMesh(const Surface& surface) : FlatMesh(surface.topology, surface.faces, surface.measured) {}
+  FlatMesh(const Topology& topology, const std::vector<Triangle>& faces, const std::vector<Vec3>& positions,
+           ThreadTeam& team = calling_thread());
+  explicit FlatMesh(const Surface& surface, ThreadTeam& team = calling_thread())
+      : FlatMesh(surface.topology, surface.faces, surface.measured, team) {}
 
   std::size_t vertex_count = 0, face_count = 0, edge_count = 0;
 
@@ -47,10 +50,16 @@ struct FlatMesh {
 
   /// The mean of `values` over each vertex and its neighbours, `rounds` times: about 6 · rounds vertices wide.
   void diffuse(std::vector<float>& values, int rounds) const;
+
+ private:
+  void put_edges(const Topology& topology, const std::vector<Triangle>& faces, ThreadTeam& team);
+  void put_faces(const Topology& topology, const std::vector<Triangle>& faces, ThreadTeam& team);
+  void list_by_vertex(ThreadTeam& team);
 };
 
 /// Unsigned dihedral angle of each edge of `mesh` in radians.
-std::vector<float> dihedral_angles(const FlatMesh& mesh, std::span<const float> positions);
+std::vector<float> dihedral_angles(const FlatMesh& mesh, std::span<const float> positions,
+                                   ThreadTeam& team = calling_thread());
 
 /// Vector number `i` of flat ones.
 inline std::array<float, 3> vector_at(std::span<const float> flat, std::size_t i) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "core/geometry/lanes.h"
 
@@ -99,19 +100,27 @@ CREASE_WIDE_CLONES void multiply_block(float* __restrict a, const float* __restr
 /// over the products alone.
 class Search {
  public:
-  Search(const DifferentiableFunction& function, std::vector<float>& x, const LbfgsOptions& options, ThreadTeam& team)
+  Search(const DifferentiableFunction& function, std::vector<float>& x, const LbfgsOptions& options, ThreadTeam& team,
+         LbfgsMemory& memory)
       : function_(function),
         x_(x),
         options_(options),
         team_(team),
-        g_(x.size()),
-        d_(x.size()),
-        trial_(x.size()),
-        trial_g_(x.size()) {
-    for (Pair& pair : pairs_) {
-      pair.step.resize(x.size());
-      pair.change.resize(x.size());
+        g_(memory[0]),
+        d_(memory[1]),
+        trial_(memory[2]),
+        trial_g_(memory[3]) {
+    for (std::size_t k = 0; k < kSlots; ++k) {
+      pairs_[k].step = memory[kOwnVectors + 2 * k];
+      pairs_[k].change = memory[kOwnVectors + 2 * k + 1];
     }
+  }
+
+  /// Makes `memory` large enough for a search in `count` numbers.
+  static LbfgsMemory& prepared(LbfgsMemory& memory, std::size_t count) {
+    memory.resize(kOwnVectors + 2 * kSlots);
+    for (std::vector<float>& vector : memory) vector.resize(count);
+    return memory;
   }
 
   double run() {
@@ -133,10 +142,11 @@ class Search {
 
  private:
   using Products = Eigen::Array<double, kSlots, 1>;  ///< a number for each slot
+  static constexpr std::size_t kOwnVectors = 4;      ///< beside the pairs
 
   /// A step, and the change of the gradient over it.
   struct Pair {
-    std::vector<float> step, change;
+    std::span<float> step, change;
     Products step_times_changes = Products::Zero();
     double step_times_gradient = 0;  ///< the present gradient
     double metric_scale = 1;         ///< of a diagonal metric, as this step tells it
@@ -203,11 +213,13 @@ class Search {
     return end_direction(factors);
   }
 
-  /// Blocks of the steps, or of the changes, the most recent first. Those of slots without a pair are zero or old;
-  /// their factors are zero.
-  Blocks blocks_of(std::vector<float> Pair::*vectors, std::size_t begin) {
+  /// Blocks of the steps, or of the changes, the most recent first. Where there is no pair yet the gradient stands in;
+  /// its factor is zero.
+  Blocks blocks_of(std::span<float> Pair::*vectors, std::size_t begin) {
     Blocks blocks{};
-    for (std::size_t age = 0; age < kHistory; ++age) blocks[age] = (recent(age).*vectors).data() + begin;
+    for (std::size_t age = 0; age < kHistory; ++age) {
+      blocks[age] = (age < size_ ? (recent(age).*vectors).data() : g_.data()) + begin;
+    }
     return blocks;
   }
 
@@ -339,7 +351,7 @@ class Search {
   std::vector<float>& x_;
   const LbfgsOptions& options_;
   ThreadTeam& team_;
-  std::vector<float> g_, d_, trial_, trial_g_;
+  std::vector<float>&g_, &d_, &trial_, &trial_g_;
   std::array<Pair, kSlots> pairs_;
   std::size_t size_ = 0, next_ = 0;
   double value_ = 0;
@@ -348,8 +360,8 @@ class Search {
 }  // namespace
 
 double minimize(const DifferentiableFunction& function, std::vector<float>& x, const LbfgsOptions& options,
-                ThreadTeam& team) {
-  return Search(function, x, options, team).run();
+                ThreadTeam& team, LbfgsMemory& memory) {
+  return Search(function, x, options, team, Search::prepared(memory, x.size())).run();
 }
 
 }  // namespace crease

@@ -25,9 +25,12 @@ struct LbfgsOptions {
   std::function<void(std::span<float>)> solve = {};
 };
 
+/// What a search works in. Searches in a row may share it, since the system takes its time to hand out so much.
+using LbfgsMemory = std::vector<std::vector<float>>;
+
 /// Minimises by limited-memory BFGS [Liu & Nocedal 1989] with backtracking along a parabola, from `x` to `x`. The same
 /// bits for any number of threads. Returns the value at the end.
 double minimize(const DifferentiableFunction& function, std::vector<float>& x, const LbfgsOptions& options,
-                ThreadTeam& team);
+                ThreadTeam& team, LbfgsMemory& memory);
 
 }  // namespace crease

@@ -106,7 +106,7 @@ void require_faces_and_numbers(const Mesh& mesh) {
 }
 
 InputFacts inspect(const Mesh& upload, const Topology& upload_topology, const WeldedMesh* welded,
-                   const WeldFacts& found, std::vector<Warning>& warnings) {
+                   const WeldFacts& found, std::vector<Warning>& warnings, ThreadTeam& team) {
   const Mesh& mesh = welded == nullptr ? upload : welded->mesh;
   const Topology& topology = welded == nullptr ? upload_topology : welded->topology;
   InputFacts facts;
@@ -138,7 +138,7 @@ InputFacts inspect(const Mesh& upload, const Topology& upload_topology, const We
                                           {"vertex is", "vertices are"}, "in no face: returned as given");
   facts.flipped_faces = warn.faces(tally_flipped(topology, welded), "inconsistent_winding", {"face is", "faces are"},
                                    "wound against the neighbours: smoothed as if turned, returned as given");
-  facts.noise_sigma = estimate_noise_sigma(mesh, topology);
+  facts.noise_sigma = estimate_noise_sigma(mesh, topology, team);
   return facts;
 }
 

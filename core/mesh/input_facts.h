@@ -39,6 +39,6 @@ void require_faces_and_numbers(const Mesh& mesh);
 /// \throw Error mesh_not_finite if squared lengths overflow; mesh_no_extent if all edges have length zero, or squared
 ///        lengths underflow
 InputFacts inspect(const Mesh& upload, const Topology& upload_topology, const WeldedMesh* welded,
-                   const WeldFacts& found, std::vector<Warning>& warnings);
+                   const WeldFacts& found, std::vector<Warning>& warnings, ThreadTeam& team = calling_thread());
 
 }  // namespace crease

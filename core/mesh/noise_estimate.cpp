@@ -12,7 +12,7 @@
 namespace crease {
 namespace {
 
-constexpr std::size_t kMaxSamples = 20'000;
+constexpr std::size_t kMaxSamples = 20'000, kSamplesATime = 64;
 constexpr std::size_t kMaxNeighbours = 60;
 constexpr std::size_t kMaxValence = 32;
 constexpr Eigen::Index kMinFreedom = 4;
@@ -94,14 +94,19 @@ std::optional<Fit> fit_quadric(const Mesh& mesh, const Topology& topology, Index
 
 }  // namespace
 
-double estimate_noise_sigma(const Mesh& mesh, const Topology& topology) {
+double estimate_noise_sigma(const Mesh& mesh, const Topology& topology, ThreadTeam& team) {
   const double length_unit = mean_edge_length(mesh.positions, topology.edges);
   const std::size_t vertex_count = mesh.positions.size();
   const std::size_t stride = std::max<std::size_t>(1, (vertex_count + kMaxSamples - 1) / kMaxSamples);
+  std::vector<std::optional<Fit>> samples((vertex_count + stride - 1) / stride);
+  team.run(samples.size(), kSamplesATime, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t i = begin; i < end; ++i) {
+      samples[i] = fit_quadric(mesh, topology, static_cast<Index>(i * stride), length_unit);
+    }
+  });
   std::vector<FitVariance> fits;
   double planar_length = 0;
-  for (std::size_t vertex = 0; vertex < vertex_count; vertex += stride) {
-    const auto fit = fit_quadric(mesh, topology, static_cast<Index>(vertex), length_unit);
+  for (const std::optional<Fit>& fit : samples) {
     if (!fit) continue;
     fits.push_back(fit->noise);
     planar_length += fit->planar_length;

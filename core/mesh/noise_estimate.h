@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/base/thread_team.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/topology.h"
 
@@ -16,6 +17,6 @@ namespace crease {
 ///
 /// Edge lengths are measured in the fitted planes, so that noise along normals does not increase the unit. Tangential
 /// noise does: the estimate for isotropic noise is a tenth too low at 0.3, and a third too low at 0.7.
-double estimate_noise_sigma(const Mesh& mesh, const Topology& topology);
+double estimate_noise_sigma(const Mesh& mesh, const Topology& topology, ThreadTeam& team = calling_thread());
 
 }  // namespace crease

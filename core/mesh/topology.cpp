@@ -134,16 +134,21 @@ void orient_faces(const Mesh& mesh, Topology& topology) {
 
 }  // namespace
 
-void list_by_vertex(const Mesh& mesh, Topology& topology) {
-  fill_rows(topology.vertex_faces, mesh.positions.size(), mesh.triangles, [](const Triangle& t, auto&& add) {
-    add(t[0]);
-    if (t[1] != t[0]) add(t[1]);
-    if (t[2] != t[0] && t[2] != t[1]) add(t[2]);
-  });
-  fill_rows(topology.vertex_edges, mesh.positions.size(), topology.edges, [](const Edge& e, auto&& add) {
-    add(e.v0);
-    add(e.v1);
-  });
+void list_by_vertex(const Mesh& mesh, Topology& topology, ThreadTeam& team) {
+  const auto list_faces = [&] {
+    fill_rows(topology.vertex_faces, mesh.positions.size(), mesh.triangles, [](const Triangle& t, auto&& add) {
+      add(t[0]);
+      if (t[1] != t[0]) add(t[1]);
+      if (t[2] != t[0] && t[2] != t[1]) add(t[2]);
+    });
+  };
+  const auto list_edges = [&] {
+    fill_rows(topology.vertex_edges, mesh.positions.size(), topology.edges, [](const Edge& e, auto&& add) {
+      add(e.v0);
+      add(e.v1);
+    });
+  };
+  run_together(team, list_faces, list_edges);
 }
 
 Topology build_topology(const Mesh& mesh) {
@@ -186,20 +191,21 @@ Triangle oriented(const Mesh& mesh, const Topology& topology, std::size_t face) 
   return triangle;
 }
 
-std::vector<Vec3> face_normals(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions) {
+std::vector<Vec3> face_normals(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions,
+                               ThreadTeam& team) {
   std::vector<Vec3> normals(mesh.triangles.size());
-  for (std::size_t face = 0; face < normals.size(); ++face) {
+  for_each(normals.size(), team, [&](std::size_t face) {
     normals[face] = area_vector(positions, oriented(mesh, topology, face)).stableNormalized();
-  }
+  });
   return normals;
 }
 
 std::vector<double> signed_dihedral_angles(const Mesh& mesh, const Topology& topology,
-                                           const std::vector<Vec3>& positions) {
-  const std::vector<Vec3> normals = face_normals(mesh, topology, positions);
+                                           const std::vector<Vec3>& positions, ThreadTeam& team) {
+  const std::vector<Vec3> normals = face_normals(mesh, topology, positions, team);
   std::vector<double> angles(topology.edges.size(), 0);
-  for (std::size_t e = 0; e < angles.size(); ++e) {
-    if (!topology.is_interior(e)) continue;
+  for_each(angles.size(), team, [&](std::size_t e) {
+    if (!topology.is_interior(e)) return;
     const auto [f0, f1] = topology.edge_faces[e];
     const Edge& edge = topology.edges[e];
     const bool forward = runs_forward(oriented(mesh, topology, f0), edge);
@@ -207,7 +213,7 @@ std::vector<double> signed_dihedral_angles(const Mesh& mesh, const Topology& top
         forward ? Vec3(positions[edge.v1] - positions[edge.v0]) : Vec3(positions[edge.v0] - positions[edge.v1]);
     const Vec3 cross = normals[f0].cross(normals[f1]);
     angles[e] = std::atan2(std::copysign(cross.norm(), cross.dot(along)), normals[f0].dot(normals[f1]));
-  }
+  });
   return angles;
 }
 

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/thread_team.h"
 #include "core/mesh/mesh.h"
 
 namespace crease {
@@ -66,7 +67,7 @@ struct Topology {
 Topology build_topology(const Mesh& mesh);
 
 /// Fills in which faces and edges of `topology` each vertex of `mesh` has.
-void list_by_vertex(const Mesh& mesh, Topology& topology);
+void list_by_vertex(const Mesh& mesh, Topology& topology, ThreadTeam& team = calling_thread());
 
 /// The number of connected components, where faces with a common vertex are connected. Isolated vertices do not count.
 std::size_t count_components(const Mesh& mesh);
@@ -78,11 +79,12 @@ double mean_edge_length(const std::vector<Vec3>& positions, const std::vector<Ed
 Triangle oriented(const Mesh& mesh, const Topology& topology, std::size_t face);
 
 /// The unit normals of all faces in the consistent orientation; zero for faces without area.
-std::vector<Vec3> face_normals(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions);
+std::vector<Vec3> face_normals(const Mesh& mesh, const Topology& topology, const std::vector<Vec3>& positions,
+                               ThreadTeam& team = calling_thread());
 
 /// The dihedral angles of all edges, radians in [−π, π]: 0 flat, + convex, − concave; 0 for edges that are not
 /// interior.
 std::vector<double> signed_dihedral_angles(const Mesh& mesh, const Topology& topology,
-                                           const std::vector<Vec3>& positions);
+                                           const std::vector<Vec3>& positions, ThreadTeam& team = calling_thread());
 
 }  // namespace crease

@@ -42,8 +42,9 @@ FlatVectors turned_towards(const FlatMesh& mesh, const FlatVectors& positions, c
   search.steps = kSteps;
   search.diagonal = &curvatures;
   search.on_start = [&] { curvatures = energy.inverse_curvatures(result, team); };
+  LbfgsMemory memory;
   minimize([&](std::span<const float> x, std::span<float> gradient) { return energy(x, gradient, team); }, result,
-           search, team);
+           search, team, memory);
   return result;
 }
 

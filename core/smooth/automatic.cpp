@@ -79,7 +79,7 @@ void exchange(StateArchive& archive, std::size_t vertices, GraduatedResult& resu
 std::vector<double> deviations_of_upload(const Mesh& measured, const Topology& topology, const MrfOptions& options) {
   const Surface surface(measured, topology);
   const ChoiceOptions choice = choice_options(options);
-  const FirstSight sight = look_at(surface, choice.noise_sigma, choice.noise_direction);
+  const FirstSight sight = look_at(surface, choice.noise_sigma, choice.noise_direction, calling_thread());
   return std::vector<double>(measured.positions.size(), surface.unit * sight.sigma);
 }
 
@@ -90,11 +90,11 @@ class AutomaticRun {
   AutomaticRun(const Mesh& measured, const Topology& topology, const MrfOptions& options, std::uint32_t threads,
                RunContext& context, std::span<const double> weights)
       : topology_(topology),
-        renumbering_(measured),
-        renumbered_(renumbering_, topology),
+        team_(threads, measured.triangles.size()),
+        renumbering_(measured, team_),
+        renumbered_(renumbering_, topology, team_),
         options_(options),
         context_(context),
-        team_(threads, measured.triangles.size()),
         known_(context.checkpoint) {
     const double mean = mean_of(weights);
     for (const double weight : renumbering_.renumbered(weights)) {
@@ -105,9 +105,9 @@ class AutomaticRun {
 
   SmoothResult run() {
     ChoiceReport report;
-    if (precisions_.empty()) report.spikes = flatten_spikes(renumbering_.mesh, renumbered_.topology);
-    const Surface surface(renumbering_.mesh, renumbered_.topology);
-    const FlatMesh mesh(surface);
+    if (precisions_.empty()) report.spikes = flatten_spikes(renumbering_.mesh, renumbered_.topology, team_);
+    const Surface surface(renumbering_.mesh, renumbered_.topology, team_);
+    const FlatMesh mesh(surface, team_);
     surface_ = &surface;
     mesh_ = &mesh;
     try {
@@ -120,7 +120,7 @@ class AutomaticRun {
         found = remove_correlated_noise(surface, mesh, precisions_, *spectrum, options, solve, report, team_);
         if (!found) spectrum.reset();
       }
-      if (!found) found = choose_and_solve(surface, mesh, precisions_, options, solve, report);
+      if (!found) found = choose_and_solve(surface, mesh, precisions_, options, solve, report, team_);
       const ChoiceResult& chosen = *found;
       const DescentSight sight = sight_of(chosen.setting, report);
       const Refined refined = refine(chosen, sight);
@@ -353,8 +353,8 @@ class AutomaticRun {
     return result;
   }
 
-  std::vector<float> present_angles(std::span<const float> positions) const {
-    return dihedral_angles(*mesh_, positions);
+  std::vector<float> present_angles(std::span<const float> positions) {
+    return dihedral_angles(*mesh_, positions, team_);
   }
 
   /// The probability that an edge is a ridge, over 25° in the original, as its angle tells: a logistic function that is
@@ -383,11 +383,11 @@ class AutomaticRun {
   }
 
   const Topology& topology_;
+  ThreadTeam team_;
   Renumbering renumbering_;
   RenumberedTopology renumbered_;
   const MrfOptions& options_;
   RunContext& context_;
-  ThreadTeam team_;
   Stopwatch stopwatch_;
   double seconds_before_ = 0;
   std::vector<float> precisions_;

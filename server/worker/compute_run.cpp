@@ -103,7 +103,8 @@ class JobComputation {
                                        .format = task_.job().input().format(),
                                        .name = task_.job().input().name(),
                                        .weights = bytes_of(weights),
-                                       .limits = files_.limits});
+                                       .limits = files_.limits,
+                                       .threads = crease::to_options(task_.job().parameters()).threads});
     if (crease::to_message(input).weights_sha256() != task_.job().input().weights_sha256()) {
       throw crease::Error(code::kUploadDamaged, "the weights differ from those that the job was submitted with");
     }

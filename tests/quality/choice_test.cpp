@@ -40,7 +40,7 @@ struct Work {
         mesh(surface) {}
 
   Evidence evidence() const {
-    return gather_evidence(mesh, look_at(surface, std::nullopt, std::nullopt), {}, {}, solved, false);
+    return gather_evidence(mesh, look_at(surface, std::nullopt, std::nullopt, calling_thread()), {}, {}, solved, false);
   }
 };
 
@@ -237,7 +237,7 @@ TEST(NormalRegression, BringsResultsNearerToOriginalsThatItDoesNotKnow) {
     for (const auto& [noise, level] : {std::pair(Noise::kNormal, 0.2), std::pair(Noise::kImpulsive, 0.4)}) {
       const Work work(recipe(model, noise, level));
       ChoiceReport report;
-      const ChoiceResult chosen = choose_and_solve(work.surface, work.mesh, {}, {}, solved, report);
+      const ChoiceResult chosen = choose_and_solve(work.surface, work.mesh, {}, {}, solved, report, calling_thread());
       const FlatVectors normals = regressed_normals(work.mesh, chosen.positions, chosen.reference_positions,
                                                     sight_of(chosen.setting, report), 1, team);
       const FlatVectors turned = turned_towards(work.mesh, chosen.positions, normals, {}, team);

@@ -43,7 +43,7 @@ SettingSample measured(const Pair& pair, const std::string& family) {
     return GraduatedDescent(request.mesh, request.measured, request.options, request.precisions, request.latent, team)
         .run();
   };
-  const FirstSight sight = look_at(surface, std::nullopt, std::nullopt);
+  const FirstSight sight = look_at(surface, std::nullopt, std::nullopt, team);
   const Evidence evidence = gather_evidence(mesh, sight, {}, {}, solve, trial.has_value());
   SettingSample sample;
   sample.pair = pair.name;

@@ -57,7 +57,7 @@ Descended descended(const Mesh& noisy, const ChoiceOptions& options, std::mt1993
       result = remove_correlated_noise(surface, mesh, {}, *spectrum, options, solve, report, team);
     }
   }
-  if (!result) result = choose_and_solve(surface, mesh, {}, options, solve, report);
+  if (!result) result = choose_and_solve(surface, mesh, {}, options, solve, report, team);
   if (random() % kOneWithout == 0) result->reference_positions.clear();
   return {mesh, std::move(result->positions), std::move(result->reference_positions),
           sight_of(result->setting, report)};

@@ -59,7 +59,7 @@ void print_measured(const TrainingModel& model, std::string_view kind, const Mes
     errors.push_back(normal_error_deg(original, solver.solved(setting, true).positions));
   }
   ChoiceReport report;
-  errors.push_back(normal_error_deg(original, choose_and_solve(surface, mesh, {}, {}, solve, report).positions));
+  errors.push_back(normal_error_deg(original, choose_and_solve(surface, mesh, {}, {}, solve, report, team).positions));
   fmt::print("{} {:.5g} {} {} {:.5g} {:.4f}\n", kind, fmt::join(OddsModel::numbers_of(spectrum), " "), model.name,
              model.family, fmt::join(try_scan(solver, mesh, spectrum), " "), fmt::join(errors, " "));
   std::fflush(stdout);

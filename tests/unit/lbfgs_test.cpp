@@ -43,7 +43,8 @@ constexpr std::size_t kNumbers = 3 * 10'001;  // not a multiple of any block
 std::vector<float> end_of(const Bowl& bowl, const LbfgsOptions& options, std::uint32_t threads = 2) {
   std::vector<float> x(kNumbers, 0);
   ThreadTeam team(threads);
-  minimize(bowl.function(), x, options, team);
+  LbfgsMemory memory;
+  minimize(bowl.function(), x, options, team, memory);
   return x;
 }
 

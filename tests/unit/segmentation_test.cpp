@@ -22,6 +22,10 @@ Segmentation segments_of(const LabelledMesh& result, const SegmentOptions& optio
   return segment_faces(result.mesh, build_topology(result.mesh), result.mesh.positions, result.labels, options);
 }
 
+std::vector<double> angles_of(const Mesh& mesh, const Topology& topology) {
+  return signed_dihedral_angles(mesh, topology, mesh.positions);
+}
+
 double triangle_area(const Mesh& mesh, Index face) {
   const auto [a, b, c] = mesh.triangles[face];
   const Vec3 ab = mesh.positions[b] - mesh.positions[a], ac = mesh.positions[c] - mesh.positions[a];
@@ -79,7 +83,8 @@ TEST(Segmentation, EnergyAgreesWithItsDefinition) {
     SegmentOptions options;
     options.small_area = 0.7;
     options.small_fraction = 100;
-    const SegmentField field(member.mesh, topology, member.mesh.positions, labels, options);
+    const SegmentField field(member.mesh, topology, member.mesh.positions, labels, angles_of(member.mesh, topology),
+                             options);
     std::vector<Index> segments(member.mesh.triangles.size());
     for (Index& segment : segments) segment = std::uniform_int_distribution<Index>(0, 5)(random);
     EXPECT_NEAR(field.energy(segments), brute_force(member.mesh, topology, labels, segments, 0.7), 1e-6);
@@ -109,7 +114,7 @@ TEST(Segmentation, IsOptimalOnMostOctahedra) {
   const int trials = 40;
   for (int trial = 0; trial < trials; ++trial) {
     const std::vector<double> labels = test::random_labels(topology, random);
-    const SegmentField field(mesh, topology, mesh.positions, labels, options);
+    const SegmentField field(mesh, topology, mesh.positions, labels, angles_of(mesh, topology), options);
     const double found = field.energy(segment_faces(field).segments);
     std::vector<Index> segments(mesh.triangles.size());
     const double best = best_energy(field, segments, 0, 0);
@@ -125,13 +130,13 @@ TEST(Segmentation, EveryStepLowersTheEnergyAndSegmentsAreConnectedAndNumberedInO
     SCOPED_TRACE(member.name);
     const Topology topology = build_topology(member.mesh);
     const std::vector<double> labels = test::random_labels(topology, random);
-    const SegmentField field(member.mesh, topology, member.mesh.positions, labels);
+    const SegmentField field(member.mesh, topology, member.mesh.positions, labels, angles_of(member.mesh, topology));
     const Segmentation result = segment_faces(field);
     ASSERT_EQ(result.segments.size(), member.mesh.triangles.size());
     EXPECT_TRUE(std::ranges::is_sorted(result.energies, std::greater()));
     EXPECT_NEAR(field.energy(result.segments), result.energies.back(), 1e-7);
     std::vector<Index> parts = result.segments;
-    EXPECT_EQ(split_segments(topology, parts), result.count);
+    EXPECT_EQ(split_segments(field, parts), result.count);
     EXPECT_EQ(parts, result.segments);
     Index next = 0;
     for (const Index segment : result.segments) {
@@ -148,7 +153,7 @@ TEST(Segmentation, AnExpansionNeverRaisesTheEnergy) {
     SCOPED_TRACE(member.name);
     const Topology topology = build_topology(member.mesh);
     const std::vector<double> labels = test::random_labels(topology, random);
-    const SegmentField field(member.mesh, topology, member.mesh.positions, labels);
+    const SegmentField field(member.mesh, topology, member.mesh.positions, labels, angles_of(member.mesh, topology));
     std::vector<Index> segments(member.mesh.triangles.size());
     for (Index& segment : segments) segment = std::uniform_int_distribution<Index>(0, 3)(random);
     for (int sweep = 0; sweep < 3; ++sweep) {
@@ -245,10 +250,10 @@ TEST(Segmentation, SegmentsEndAtNonManifoldEdges) {
     SCOPED_TRACE(member.name);
     const Topology topology = build_topology(member.mesh);
     std::vector<Index> whole(member.mesh.triangles.size(), 0);
-    const Index parts = split_segments(topology, whole);
-    EXPECT_EQ(segment_faces(member.mesh, topology, member.mesh.positions, std::vector<double>(topology.edges.size(), 0))
-                  .segments,
-              whole);
+    const std::vector<double> none(topology.edges.size(), 0);
+    const SegmentField field(member.mesh, topology, member.mesh.positions, none, angles_of(member.mesh, topology));
+    const Index parts = split_segments(field, whole);
+    EXPECT_EQ(segment_faces(field).segments, whole);
     EXPECT_GE(parts, 1U);
   }
 }
@@ -316,10 +321,9 @@ TEST(Features, ArePermutedWhenTheMeshIsRenumbered) {
 TEST(Segmentation, IsTheSameOnTwoThreads) {
   const LabelledMesh cube = labelled(add_noise(test::cube(24), 0.1, 1, NoiseKind::kGaussian));
   const Topology topology = build_topology(cube.mesh);
-  SegmentOptions options;
-  const Segmentation alone = segment_faces(cube.mesh, topology, cube.mesh.positions, cube.labels, options);
-  options.threads = 2;
-  const Segmentation together = segment_faces(cube.mesh, topology, cube.mesh.positions, cube.labels, options);
+  ThreadTeam team(2);
+  const Segmentation alone = segment_faces(cube.mesh, topology, cube.mesh.positions, cube.labels);
+  const Segmentation together = segment_faces(cube.mesh, topology, cube.mesh.positions, cube.labels, {}, team);
   EXPECT_EQ(together.segments, alone.segments);
   EXPECT_EQ(together.energies, alone.energies);
 }
