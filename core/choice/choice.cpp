@@ -17,6 +17,7 @@ namespace crease {
 namespace {
 
 constexpr std::size_t kMostFacesForReference = 60'000;  ///< that are worth another solve for the regressions' sake
+constexpr double kFacesOfSeconds = 250'000;
 constexpr double kFacesInTime = 13'000;  ///< a mesh of so many is done before anybody waits; smaller ones get more work
 
 class Choice {
@@ -102,23 +103,24 @@ class Choice {
     report_.noise_spread = evidence_.noise_spread;
   }
 
-  /// Whether more steps make the result better: of faces between creases, unless the noise is so strong that to stop
-  /// early is to smooth.
+  /// Whether more steps make the result better: of faces between creases, unless the noise is strong.
   bool settles_slowly(const Setting& setting) const {
-    constexpr double kStrong = 0.4;
     const bool has_creases = setting.family.name == family::kCreases || setting.family.name == family::kCurvedCreases;
-    return has_creases && evidence_.variance < kStrong * kStrong;
+    return has_creases && evidence_.variance < kStrongNoise * kStrongNoise;
   }
 
   /// How many times the usual steps a mesh has the time for: up to twice, if that takes no longer than the usual ones
   /// on `kFacesInTime` faces.
   static double more_steps(double faces) { return std::clamp(kFacesInTime / faces, 1.0, 2.0); }
 
+  /// The same for a mesh that takes seconds.
+  static double fewer_steps(double faces) { return std::clamp(std::pow(kFacesOfSeconds / faces, 0.25), 0.7, 1.0); }
+
   GraduatedResult solved(const Setting& setting, bool trial) const {
     GraduatedOptions options = evidence_.sight.options(setting, evidence_.variance, trial);
-    if (!trial && settles_slowly(setting)) {
-      options.steps = static_cast<int>(options.steps * more_steps(static_cast<double>(mesh_.face_count)));
-    }
+    const auto faces = static_cast<double>(mesh_.face_count);
+    if (!trial && settles_slowly(setting)) options.steps = static_cast<int>(options.steps * more_steps(faces));
+    if (!setting.family.diffuses_throughout()) options.steps = static_cast<int>(options.steps * fewer_steps(faces));
     return solve_({mesh_, mesh_.measured, options, precisions_, {}, !trial});
   }
 

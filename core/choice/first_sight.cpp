@@ -37,6 +37,7 @@ GraduatedOptions FirstSight::options(const Setting& setting, double noise_varian
     options.steps = kStepsOfRegular;
   }
   if (diffuses && regular) options.steps = kStepsOfDiffusion;
+  options.goes_on = regular && direction == NoiseDirection::kNormal && noise_variance < kStrongNoise * kStrongNoise;
   return options;
 }
 

@@ -10,6 +10,9 @@
 
 namespace crease {
 
+/// Deviation of noise, in ℓ, that is so strong that to stop early is to smooth.
+inline constexpr double kStrongNoise = 0.4;
+
 /// What is known before anything has been solved, and the settings of every solve that follow from it.
 struct FirstSight {
   NoiseDirection direction = NoiseDirection::kNormal;

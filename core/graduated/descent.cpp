@@ -40,9 +40,10 @@ GraduatedDescent::GraduatedDescent(const FlatMesh& mesh, std::span<const float> 
   if (!precisions.empty()) energy_.precisions.assign(precisions.begin(), precisions.end());
 }
 
-void GraduatedDescent::resume(int stage, FlatVectors positions) {
+void GraduatedDescent::resume(int stage, FlatVectors positions, LbfgsStep last_step) {
   first_stage_ = stage;
   positions_ = std::move(positions);
+  memory_.last = std::move(last_step);
 }
 
 GraduatedResult GraduatedDescent::run(const StageObserver& observer) {
@@ -51,6 +52,7 @@ GraduatedResult GraduatedDescent::run(const StageObserver& observer) {
   };
   LbfgsOptions search;
   search.steps = options_.steps;
+  search.goes_on = options_.goes_on;
   search.on_start = [&] { update_metric(); };
   if (options_.metric != nullptr) {
     search.least_gain = 1e-4;
@@ -63,7 +65,7 @@ GraduatedResult GraduatedDescent::run(const StageObserver& observer) {
   for (int stage = first_stage_; stage < options_.stages; ++stage) {
     begin_stage(stage);
     minimize(function, positions_, search, team_, memory_);
-    if (observer && !observer({stage, energy_, positions_, latent_})) break;
+    if (observer && !observer({stage, energy_, positions_, latent_, memory_.last})) break;
   }
   return {positions_, energy_.vertex_normals, latent_, energy_.parts()};
 }

@@ -25,6 +25,7 @@ struct GraduatedOptions {
   float fold_weight = 3, fold_area = 0.3F;
   bool latent_variance = true;    ///< tell vertices that hardly moved from those that did
   int stages = 6, steps = 35;     ///< stages, and the most steps in each
+  bool goes_on = false;           ///< begin a stage with the last step of the one before
   HingeMetric* metric = nullptr;  ///< first metric of the searches, for this mesh; null: the curvature per vertex
 };
 
@@ -42,6 +43,7 @@ struct StageView {
   const GraduatedEnergy& energy;
   std::span<const float> positions;
   const LatentVariance& latent;
+  const LbfgsStep& last_step;  ///< none unless the next stage begins with it
 };
 
 /// Returns false to end the descent early.
@@ -60,8 +62,8 @@ class GraduatedDescent {
   /// From the measured positions, or, after `resume`, from a stage on.
   GraduatedResult run(const StageObserver& observer = {});
 
-  /// Goes on from `positions` with stage number `stage`.
-  void resume(int stage, FlatVectors positions);
+  /// Goes on from `positions` with stage number `stage`. `last_step` is that of the stage before.
+  void resume(int stage, FlatVectors positions, LbfgsStep last_step = {});
 
  private:
   void begin_stage(int stage);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 
 #include "core/geometry/lanes.h"
 
@@ -106,26 +105,28 @@ class Search {
         x_(x),
         options_(options),
         team_(team),
-        g_(memory[0]),
-        d_(memory[1]),
-        trial_(memory[2]),
-        trial_g_(memory[3]) {
+        last_(memory.last),
+        g_(memory.vectors[0]),
+        d_(memory.vectors[1]),
+        trial_(memory.vectors[2]),
+        trial_g_(memory.vectors[3]) {
     for (std::size_t k = 0; k < kSlots; ++k) {
-      pairs_[k].step = memory[kOwnVectors + 2 * k];
-      pairs_[k].change = memory[kOwnVectors + 2 * k + 1];
+      pairs_[k].step = &memory.vectors[kOwnVectors + 2 * k];
+      pairs_[k].change = &memory.vectors[kOwnVectors + 2 * k + 1];
     }
   }
 
   /// Makes `memory` large enough for a search in `count` numbers.
   static LbfgsMemory& prepared(LbfgsMemory& memory, std::size_t count) {
-    memory.resize(kOwnVectors + 2 * kSlots);
-    for (std::vector<float>& vector : memory) vector.resize(count);
+    memory.vectors.resize(kOwnVectors + 2 * kSlots);
+    for (std::vector<float>& vector : memory.vectors) vector.resize(count);
     return memory;
   }
 
   double run() {
     value_ = function_(x_, g_);
     if (options_.on_start) options_.on_start();
+    if (options_.goes_on && last_.step.size() == x_.size()) take_last_step();
     int small_gains = 0;
     for (int step = 0; step < options_.steps && small_gains < kPatience; ++step) {
       const double slope = set_direction();
@@ -137,6 +138,7 @@ class Search {
       }
       small_gains = before - value_ < options_.least_gain * std::abs(value_) ? small_gains + 1 : 0;
     }
+    if (options_.goes_on) leave_last_step();
     return value_;
   }
 
@@ -146,7 +148,7 @@ class Search {
 
   /// A step, and the change of the gradient over it.
   struct Pair {
-    std::span<float> step, change;
+    std::vector<float>*step = nullptr, *change = nullptr;
     Products step_times_changes = Products::Zero();
     double step_times_gradient = 0;  ///< the present gradient
     double metric_scale = 1;         ///< of a diagonal metric, as this step tells it
@@ -215,10 +217,10 @@ class Search {
 
   /// Blocks of the steps, or of the changes, the most recent first. Where there is no pair yet the gradient stands in;
   /// its factor is zero.
-  Blocks blocks_of(std::span<float> Pair::*vectors, std::size_t begin) {
+  Blocks blocks_of(std::vector<float>* Pair::*vectors, std::size_t begin) {
     Blocks blocks{};
     for (std::size_t age = 0; age < kHistory; ++age) {
-      blocks[age] = (age < size_ ? (recent(age).*vectors).data() : g_.data()) + begin;
+      blocks[age] = (age < size_ ? recent(age).*vectors : &g_)->data() + begin;
     }
     return blocks;
   }
@@ -322,8 +324,8 @@ class Search {
 
   /// Writes a block of the new pair.
   NewProducts write_pair(std::size_t begin, std::size_t count) {
-    float* const step = pairs_[next_].step.data() + begin;
-    float* const change = pairs_[next_].change.data() + begin;
+    float* const step = pairs_[next_].step->data() + begin;
+    float* const change = pairs_[next_].change->data() + begin;
     const float* const gradient = trial_g_.data() + begin;
     sum_block(step, trial_.data() + begin, -1, x_.data() + begin, count);
     sum_block(change, gradient, -1, g_.data() + begin, count);
@@ -332,16 +334,42 @@ class Search {
       if (k != next_ && !is_known(k)) continue;
       const auto place = static_cast<Eigen::Index>(k);
       const auto [gradients, steps, changes] =
-          dot_pair(pairs_[k].step.data() + begin, pairs_[k].change.data() + begin, gradient, step, change, count);
+          dot_pair(pairs_[k].step->data() + begin, pairs_[k].change->data() + begin, gradient, step, change, count);
       products.steps_times_gradient[place] = gradients;
       products.steps_times_change[place] = steps;
       products.step_times_changes[place] = changes;
     }
     products.squared_change = dot_block(change, change, count);
-    products.squared_in_metric = options_.diagonal == nullptr
-                                     ? products.squared_change
-                                     : weighted_square_block(change, options_.diagonal->data() + begin, count);
+    products.squared_in_metric = squared_in_metric(change, begin, count);
     return products;
+  }
+
+  double squared_in_metric(const float* change, std::size_t begin, std::size_t count) const {
+    return options_.diagonal == nullptr ? dot_block(change, change, count)
+                                        : weighted_square_block(change, options_.diagonal->data() + begin, count);
+  }
+
+  /// The only pair is the last one of the search before, as the present gradient and metric see it.
+  void take_last_step() {
+    Pair& pair = pairs_[0];
+    pair.step->swap(last_.step);
+    pair.change->swap(last_.change);
+    const Eigen::Array3d products = sum_over_blocks([&](std::size_t begin, std::size_t count) {
+      const float *const step = pair.step->data() + begin, *const change = pair.change->data() + begin;
+      return Eigen::Array3d(dot_block(step, g_.data() + begin, count), dot_block(step, change, count),
+                            squared_in_metric(change, begin, count));
+    });
+    pair.step_times_gradient = products[0];
+    pair.step_times_changes[0] = products[1];
+    pair.metric_scale = products[1] / products[2];
+    size_ = next_ = 1;
+  }
+
+  void leave_last_step() {
+    last_ = {};
+    if (size_ == 0) return;
+    last_.step.swap(*recent(0).step);
+    last_.change.swap(*recent(0).change);
   }
 
   /// Whether a slot holds one of the recent pairs.
@@ -351,6 +379,7 @@ class Search {
   std::vector<float>& x_;
   const LbfgsOptions& options_;
   ThreadTeam& team_;
+  LbfgsStep& last_;
   std::vector<float>&g_, &d_, &trial_, &trial_g_;
   std::array<Pair, kSlots> pairs_;
   std::size_t size_ = 0, next_ = 0;

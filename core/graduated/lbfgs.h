@@ -16,6 +16,7 @@ struct LbfgsOptions {
   double least_gain = 1e-5;  ///< relative; three smaller ones in a row end the search
   float first_move = 0.1F;   ///< of the vertex that moves farthest in a step without a history
   float longest_move = 0;    ///< of any vertex in a step; 0: any
+  bool goes_on = false;      ///< begin with the last step of the search before, and leave one for the next
   /// Called after the first evaluation, before the first step: what is known there may make the first metric, which is
   /// one of the next two, or the identity.
   std::function<void()> on_start = {};
@@ -25,8 +26,16 @@ struct LbfgsOptions {
   std::function<void(std::span<float>)> solve = {};
 };
 
-/// What a search works in. Searches in a row may share it, since the system takes its time to hand out so much.
-using LbfgsMemory = std::vector<std::vector<float>>;
+/// A step of a search, and the change of the gradient over it; both empty for none.
+struct LbfgsStep {
+  std::vector<float> step, change;
+};
+
+/// What searches in a row share.
+struct LbfgsMemory {
+  std::vector<std::vector<float>> vectors;  ///< to work in: the system takes its time to hand out so much
+  LbfgsStep last;                           ///< of the search before, if that was told to leave it
+};
 
 /// Minimises by limited-memory BFGS [Liu & Nocedal 1989] with backtracking along a parabola, from `x` to `x`. The same
 /// bits for any number of threads. Returns the value at the end.

@@ -75,6 +75,19 @@ void exchange(StateArchive& archive, std::size_t vertices, GraduatedResult& resu
   archive.value(result.energy);
 }
 
+/// Where a stage ends that another one follows.
+struct StageEnd {
+  FlatVectors positions;
+  LbfgsStep last_step;
+};
+
+void exchange(StateArchive& archive, std::size_t vertices, StageEnd& end) {
+  end.positions.resize(3 * vertices);
+  archive.values(end.positions);
+  archive.values_or_none(end.last_step.step, 3 * vertices);
+  archive.values_or_none(end.last_step.change, 3 * vertices);
+}
+
 /// Of vertices that stay as they were measured: that of the noise.
 std::vector<double> deviations_of_upload(const Mesh& measured, const Topology& topology, const MrfOptions& options) {
   const Surface surface(measured, topology);
@@ -233,10 +246,10 @@ class AutomaticRun {
                              team_);
     if (resume_stage_ > 0) {
       if (resume_stage_ >= request.options.stages) throw CheckpointError("the checkpoint is of a run with more stages");
-      FlatVectors positions(3 * request.mesh.vertex_count);
-      known_.values(positions);
+      StageEnd end;
+      exchange(known_, request.mesh.vertex_count, end);
       known_.finish();
-      descent.resume(std::exchange(resume_stage_, 0), std::move(positions));
+      descent.resume(std::exchange(resume_stage_, 0), std::move(end.positions), std::move(end.last_step));
     }
     GraduatedResult result = descent.run([&](const StageView& view) { return stage_done(request, view); });
     if (result_.cancelled) throw Cancelled();
@@ -297,12 +310,13 @@ class AutomaticRun {
     const bool ends_solve = view.stage + 1 == request.options.stages;
     const std::string head = state_head(solves_ + (ends_solve ? 1 : 0), ends_solve ? 0 : view.stage + 1);
     StateArchive tail;
-    GraduatedResult result{
-        {view.positions.begin(), view.positions.end()}, view.energy.vertex_normals, view.latent, view.energy.parts()};
+    FlatVectors positions(view.positions.begin(), view.positions.end());
     if (ends_solve) {
+      GraduatedResult result{std::move(positions), view.energy.vertex_normals, view.latent, view.energy.parts()};
       exchange(tail, request.mesh.vertex_count, result);
     } else {
-      tail.values(result.positions);
+      StageEnd end{std::move(positions), view.last_step};
+      exchange(tail, request.mesh.vertex_count, end);
     }
     return head + done_ + tail.take_bytes();
   }

@@ -58,11 +58,14 @@ std::vector<Variant> variants() {
   MrfOptions organic;  // each stage begins with what the one before has made
   organic.surface = SurfaceOption::kOrganic;
   all.push_back({"organic", organic});
+  MrfOptions along_normals;  // each stage begins with the last step of the one before
+  along_normals.noise = NoiseOption::kNormal;
+  all.push_back({"noise along normals", along_normals});
   return all;
 }
 
 const Mesh& noisy_cube() {
-  static const Mesh mesh = add_noise(test::cube(5), 0.2, 1, NoiseKind::kGaussian);
+  static const Mesh mesh = add_noise(test::cube(5), 0.1, 1, NoiseKind::kGaussian);
   return mesh;
 }
 

@@ -28,6 +28,11 @@ struct Bowl {
     };
   }
 
+  double value(const std::vector<float>& x) const {
+    std::vector<float> gradient(x.size());
+    return function()(x, gradient);
+  }
+
   float farthest(const std::vector<float>& x) const {
     float most = 0;
     for (std::size_t i = 0; i < x.size(); ++i) most = std::max(most, std::abs(x[i] - centre[i]));
@@ -82,6 +87,44 @@ TEST(Lbfgs, AMetricThatSolvesIsTakenAtItsWord) {
     for (std::size_t i = 0; i < step.size(); ++i) step[i] /= bowl.weights[i];
   };
   EXPECT_LT(bowl.farthest(end_of(bowl, options)), 1e-5F);
+}
+
+/// Where two short searches in a row end, the second of which forgets the last step of the first, or goes on from it as
+/// the first left it or as it is handed on by `pass_on`.
+template <typename PassOn>
+std::vector<float> end_of_two(const Bowl& bowl, LbfgsOptions options, PassOn pass_on) {
+  std::vector<float> x(kNumbers, 0);
+  ThreadTeam team(2);
+  LbfgsMemory memory;
+  minimize(bowl.function(), x, options, team, memory);
+  pass_on(memory);
+  minimize(bowl.function(), x, options, team, memory);
+  return x;
+}
+
+// It knows how long a step should be.
+TEST(Lbfgs, TheFirstStepOfASearchThatGoesOnIsAheadOfOneThatBeginsAnew) {
+  const Bowl bowl(kNumbers);
+  LbfgsOptions options;
+  options.steps = 1;
+  const auto as_it_is = [](LbfgsMemory&) {};
+  const std::vector<float> anew = end_of_two(bowl, options, as_it_is);
+  options.goes_on = true;
+  EXPECT_LT(bowl.value(end_of_two(bowl, options, as_it_is)), bowl.value(anew) / 2);
+}
+
+TEST(Lbfgs, TheLastStepIsAllThatASearchTakesFromTheOneBefore) {
+  const Bowl bowl(kNumbers);
+  LbfgsOptions options;
+  options.steps = 6;
+  options.goes_on = true;
+  const auto as_it_is = [](LbfgsMemory&) {};
+  const auto last_step_alone = [](LbfgsMemory& memory) {
+    LbfgsMemory other;
+    other.last = memory.last;
+    memory = other;
+  };
+  EXPECT_EQ(end_of_two(bowl, options, last_step_alone), end_of_two(bowl, options, as_it_is));
 }
 
 }  // namespace
