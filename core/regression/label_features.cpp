@@ -70,16 +70,18 @@ LabelFeatures::LabelFeatures(const FlatMesh& mesh, std::span<const float> positi
   });
 }
 
-float LabelFeatures::turn_beyond(Source source, std::size_t edge, std::size_t side) const {
+std::array<float, 2> LabelFeatures::turns_beyond(std::size_t edge, std::size_t side) const {
   const FlatIndex vertex = mesh_.edge_ends[side][edge];
   const HalfLanes outward = side == 1 ? along_[edge].row : -along_[edge].row;
-  float largest = 0;
+  std::array<float, 2> largest{};
   for (const Index other : mesh_.vertex_stencils[static_cast<std::size_t>(vertex)]) {
     const bool begins = mesh_.edge_ends[0][other] == vertex;
     if (other == edge || (!begins && mesh_.edge_ends[1][other] != vertex)) continue;
     const HalfLanes products = outward * along_[other].row;
-    const float cosine = products[0] + products[1] + products[2];
-    largest = std::max(largest, turns_[source][other] * (begins ? cosine : -cosine));
+    const float sum = products[0] + products[1] + products[2], cosine = begins ? sum : -sum;
+    for (std::size_t k = 0; k < kTelling.size(); ++k) {
+      largest[k] = std::max(largest[k], turns_[kTelling[k]][other] * cosine);
+    }
   }
   return largest;
 }
@@ -88,21 +90,21 @@ void LabelFeatures::put_edge(std::size_t edge, std::size_t lane, Block& block) c
   std::size_t next = 0;
   const auto put = [&](float feature) { block[next++][lane] = feature; };
   for (const std::vector<float>& turns : turns_) put(turns[edge]);
-  for (const Source source : {kOfResult, kOfWanted}) {
+  const std::array<float, 2> one = turns_beyond(edge, 0), two = turns_beyond(edge, 1);
+  for (std::size_t k = 0; k < kTelling.size(); ++k) {
+    const std::vector<float>& turns = turns_[kTelling[k]];
     std::array<float, 4> around{};
     std::size_t known = 0;
     for (const auto& faces : mesh_.edge_faces) {
       for (const auto& sides : mesh_.sides) {
         const auto other = static_cast<std::size_t>(sides[static_cast<std::size_t>(faces[edge])]);
-        if (other != edge && known < around.size())
-          around[known++] = other < mesh_.edge_count ? turns_[source][other] : 0;
+        if (other != edge && known < around.size()) around[known++] = other < mesh_.edge_count ? turns[other] : 0;
       }
     }
     std::ranges::sort(around);
     for (const float turn : around) put(turn);
-    const float one = turn_beyond(source, edge, 0), two = turn_beyond(source, edge, 1);
-    put(std::min(one, two));
-    put(std::max(one, two));
+    put(std::min(one[k], two[k]));
+    put(std::max(one[k], two[k]));
   }
   put(lengths_[edge]);
   for (const float number : sight_) put(number);

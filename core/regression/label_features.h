@@ -29,10 +29,12 @@ class LabelFeatures {
  private:
   enum Source : std::size_t { kOfResult, kOfReference, kOfWanted, kOfUpload };
   static constexpr std::size_t kSources = 4;
+  static constexpr std::array kTelling{kOfResult, kOfWanted};
 
   void put_edge(std::size_t edge, std::size_t lane, Block& block) const;
-  /// The largest turn of an edge that goes on from this one beyond its end number `side`, by the cosine between them.
-  float turn_beyond(Source source, std::size_t edge, std::size_t side) const;
+  /// In each of kTelling, the largest turn of an edge that goes on from this one beyond its end number `side`, by the
+  /// cosine between them.
+  std::array<float, 2> turns_beyond(std::size_t edge, std::size_t side) const;
 
   const FlatMesh& mesh_;
   std::array<std::vector<float>, kSources> turns_;  ///< ‖n_i − n_j‖ per edge
