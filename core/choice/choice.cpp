@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/choice/clean.h"
 #include "core/choice/evidence.h"
 #include "core/choice/expected_error.h"
 #include "core/choice/families.h"
@@ -28,6 +29,9 @@ class Choice {
     const FirstSight sight = look_at(surface, options.noise_sigma, options.noise_direction, team);
     evidence_ = gather_evidence(trial_mesh(), sight, on_patches() ? patches_->precisions : precisions, options, solve,
                                 on_patches());
+    features_ = features_of(trial_mesh(), evidence_, evidence_.reference);
+    clean_ = !options.noise_sigma && sight.sigma < kMostDoubtfulNoise && is_clean(features_);
+    if (clean_) forget_noise();
     precisions_.assign(precisions.begin(), precisions.end());
     if (evidence_.varying) precisions_ = evidence_.precisions;
   }
@@ -55,27 +59,32 @@ class Choice {
   bool on_patches() const { return patches_.has_value(); }
   const FlatMesh& trial_mesh() const { return on_patches() ? patches_->mesh : mesh_; }
 
+  void forget_noise() {
+    evidence_.variance = kNoVariance;
+    evidence_.varying = evidence_.impulsive = false;
+    evidence_.noise_spread = 0;
+  }
+
   /// The setting with the smallest expected error, among those for the surface that the user names.
   Setting choose() {
-    const Features features = features_of(trial_mesh(), evidence_, evidence_.reference);
-    SettingErrors errors = kFittedModel.expected(features);
+    SettingErrors errors = kFittedModel.expected(features_);
     restrict_to_surface(options_.surface, kSettings, errors);
-    look_again(features, errors);
+    if (!clean_) look_again(errors);
     report_ranking(kSettings, errors, 1, report_);
     return kSettings[best_of(errors)];
   }
 
   /// Tries the likely settings, and lets what has become of the mesh decide between them, unless the upload is all but
   /// known. The best of them is expected to be as good as the best was before.
-  void look_again(const Features& features, SettingErrors& errors) const {
+  void look_again(SettingErrors& errors) const {
     constexpr double kKnown = 0.88;
-    if (kFittedModel.familiarity(features) > kKnown) return;
+    if (kFittedModel.familiarity(features_) > kKnown) return;
     const std::vector<std::size_t> likely = likely_settings(errors, most_tried(kSettings[best_of(errors)]));
     if (likely.size() < 2) return;
     const double lowest = errors[likely.front()];
     std::vector<double> seen;
     const auto tried = try_settings(likely, errors, trial_mesh(), evidence_, solve_);
-    for (const auto& second : second_features(features, tried)) {
+    for (const auto& second : second_features(features_, tried)) {
       seen.push_back(kSecondLook.expected_error(second));
     }
     const double least = *std::ranges::min_element(seen);
@@ -149,6 +158,8 @@ class Choice {
 
   std::optional<TrialPatches> patches_;  ///< where evidence is gathered, if not on the whole mesh
   Evidence evidence_;
+  Features features_{};            ///< of the reference
+  bool clean_ = false;             ///< what looks like noise is shape
   std::vector<float> precisions_;  ///< of the whole mesh
 };
 

@@ -123,7 +123,6 @@ class Gathering {
   /// less. What remains of weak noise after a long way down counts as none: nothing is won by removing it.
   void follow_variance(std::array<Candidate, 3> views) {
     constexpr double kAsWell = 1.3, kTooFar = 3, kMuchLess = 0.55, kLongWay = 0.12, kWeak = 0.035 * 0.035;
-    constexpr double kNone = 1e-8;
     constexpr int kMostRounds = 12;
     const double first = evidence_.variance;
     for (int round = 0; round < kMostRounds; ++round) {
@@ -140,7 +139,7 @@ class Gathering {
       if (round > 0 && !(least < kMuchLess * evidence_.variance)) return;
       evidence_.variance = std::min(least, evidence_.variance);
       if (evidence_.variance < std::min(kWeak, kLongWay * first)) {
-        evidence_.variance = kNone;
+        evidence_.variance = kNoVariance;
         return;
       }
     }

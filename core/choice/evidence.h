@@ -8,6 +8,9 @@
 
 namespace crease {
 
+/// Of noise that counts as none, in ℓ².
+inline constexpr double kNoVariance = 1e-8;
+
 /// What is known of the noise and of the surface after the reference, flats, has been solved.
 struct Evidence {
   FirstSight sight;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/choice/clean.h"
 #include "core/choice/evidence.h"
 #include "core/choice/expected_error.h"
 #include "core/choice/features.h"
@@ -64,6 +65,21 @@ TEST(ExpectedError, TellsFlatPartsFromRoundOnes) {
   };
   EXPECT_EQ(best_for(recipe("stepped_block", Noise::kNormal, 0.2)), "creases");
   EXPECT_EQ(best_for(recipe("bullet", Noise::kNormal, 0.2)), "curved_creases");
+}
+
+bool is_taken_for_clean(const Work& work) {
+  const Evidence evidence = work.evidence();
+  return is_clean(features_of(work.mesh, evidence, evidence.reference));
+}
+
+/// Noise of 0.1 edge lengths on parts of families that the model was not fitted to.
+TEST(Clean, PartsWithNoiseAreNot) {
+  for (const std::string model : {"channel", "channel_irregular", "channel_slivers", "stepped_block", "spindle",
+                                  "spindle_graded", "bullet", "bullet_open", "facets_18"}) {
+    for (const Noise noise : {Noise::kNormal, Noise::kIsotropic, Noise::kGrowing}) {
+      EXPECT_FALSE(is_taken_for_clean(Work(recipe(model, noise, 0.1)))) << model << " " << word_of(noise);
+    }
+  }
 }
 
 TEST(SecondLook, IsFiniteForWhateverFeatures) {

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "core/choice/choice.h"
 #include "core/graduated/flat_mesh.h"
 #include "core/measure/measure.h"
 
@@ -48,6 +49,14 @@ std::vector<AnySample> read_samples(const std::vector<std::string>& files) {
     }
   }
   return samples;
+}
+
+/// Solves on the threads of `team`, and remembers nothing.
+inline Solve solve_with(ThreadTeam& team) {
+  return [&team](const SolveRequest& request) {
+    return GraduatedDescent(request.mesh, request.measured, request.options, request.precisions, request.latent, team)
+        .run();
+  };
 }
 
 inline double normal_error_deg(const Mesh& original, const FlatVectors& positions) {

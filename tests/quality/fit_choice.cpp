@@ -13,6 +13,7 @@
 #include "core/choice/evidence.h"
 #include "core/choice/patches.h"
 #include "tests/quality/error_fit.h"
+#include "tests/quality/fit_clean.h"
 #include "tests/quality/fit_regressions.h"
 #include "tests/quality/fit_scans.h"
 #include "tests/quality/fit_second_look.h"
@@ -39,10 +40,7 @@ SettingSample measured(const Pair& pair, const std::string& family) {
   const FlatMesh mesh = trial ? trial->mesh : FlatMesh(surface);
   const Mesh original = trial ? part_of(pair.original, trial->patches) : pair.original;
   ThreadTeam team(1);
-  const Solve solve = [&](const SolveRequest& request) {
-    return GraduatedDescent(request.mesh, request.measured, request.options, request.precisions, request.latent, team)
-        .run();
-  };
+  const Solve solve = solve_with(team);
   const FirstSight sight = look_at(surface, std::nullopt, std::nullopt, team);
   const Evidence evidence = gather_evidence(mesh, sight, {}, {}, solve, trial.has_value());
   SettingSample sample;
@@ -175,6 +173,11 @@ int main(int count, char** arguments) try {
       add_table("table", "Prints core/choice/expected_error_table.h, and the cost of the choice to stderr");
   CLI::App* second_table =
       add_table("second-table", "Prints core/choice/second_look_table.h, and the cost of the choice to stderr");
+  CLI::App* clean =
+      add_measure("measure-clean", "Prints features of meshes without noise and with little, a line each");
+  clean->add_option("--models", of.models, "Measure the models of these folders, too")->check(CLI::ExistingDirectory);
+  CLI::App* clean_table =
+      add_table("clean-table", "Prints core/choice/clean_table.h, and what is taken for clean to stderr");
   CLI::App* scans = add_measure("measure-scans", "Prints features and errors of weights for scans, a pair per line");
   scans->add_option("--models", of.models, "Measure the models of these folders, too")->check(CLI::ExistingDirectory);
   CLI::App* scan_table =
@@ -195,6 +198,8 @@ int main(int count, char** arguments) try {
   }
   if (table->parsed()) write_table(files);
   if (second_table->parsed()) write_second_table(files);
+  if (clean->parsed()) measure_clean(of);
+  if (clean_table->parsed()) write_clean_table(files);
   if (scans->parsed()) measure_scans(of);
   if (normals->parsed()) measure_normals(of, file);
   if (labels->parsed()) measure_labels(of, file);

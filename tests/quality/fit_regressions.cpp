@@ -46,10 +46,7 @@ Descended descended(const Mesh& noisy, const ChoiceOptions& options, std::mt1993
   const Surface surface(noisy, topology);
   const FlatMesh mesh(surface);
   ThreadTeam team(1);
-  const Solve solve = [&](const SolveRequest& request) {
-    return GraduatedDescent(request.mesh, request.measured, request.options, request.precisions, request.latent, team)
-        .run();
-  };
+  const Solve solve = solve_with(team);
   ChoiceReport report;
   std::optional<ChoiceResult> result;
   if (options.correlated || !options.surface) {

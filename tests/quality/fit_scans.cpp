@@ -48,10 +48,7 @@ void print_measured(const TrainingModel& model, std::string_view kind, const Mes
   const Topology topology = build_topology(noisy);
   const Surface surface(noisy, topology);
   const FlatMesh mesh(surface);
-  const Solve solve = [&](const SolveRequest& request) {
-    return GraduatedDescent(request.mesh, request.measured, request.options, request.precisions, request.latent, team)
-        .run();
-  };
+  const Solve solve = solve_with(team);
   const NoiseSpectrum spectrum = *find_correlated_noise(surface, true, team);
   const ScanSolver solver(mesh, {}, spectrum, solve, team);
   std::vector<double> errors;
