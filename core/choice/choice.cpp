@@ -18,7 +18,7 @@ namespace crease {
 namespace {
 
 constexpr std::size_t kMostFacesForReference = 60'000;  ///< that are worth another solve for the regressions' sake
-constexpr double kFacesOfSeconds = 250'000;
+constexpr double kFacesOfSeconds = 250'000;             ///< a larger mesh takes seconds, and gets less work
 constexpr double kFacesInTime = 13'000;  ///< a mesh of so many is done before anybody waits; smaller ones get more work
 
 class Choice {

@@ -366,8 +366,10 @@ class Search {
   }
 
   void leave_last_step() {
-    last_ = {};
-    if (size_ == 0) return;
+    if (size_ == 0) {
+      last_ = {};
+      return;
+    }
     last_.step.swap(*recent(0).step);
     last_.change.swap(*recent(0).change);
   }
