@@ -85,6 +85,7 @@ class ShownSweeps {
  private:
   bool show(const SweepView& view) const {
     SweepView shown{view.record, view.sweeps, view.seconds, {}, {}, view.checkpoint};
+    shown.fraction = view.fraction;
     shown.labels = [&] { return surface_.upload_edges(view.labels()); };
     shown.positions = [&] { return surface_.upload_positions(view.positions()); };
     shown.dihedral_rad = [&] {

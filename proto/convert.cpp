@@ -121,7 +121,7 @@ v1::Energy to_message(const Energy& energy) {
 }
 
 v1::Progress to_message(const SweepView& view) {
-  const double fraction = static_cast<double>(view.record.sweep) / view.sweeps;
+  const double fraction = view.fraction.value_or(static_cast<double>(view.record.sweep) / view.sweeps);
   v1::Progress message;
   message.set_fraction(fraction);
   message.set_stage("smoothing");

@@ -234,7 +234,8 @@ class AutomaticRun {
       const auto positions = [&] { return upload_positions(latest_); };
       const auto now_labelled = [&] { return upload_labels(labels_of(angles(), kUsualNoise)); };
       const std::uint32_t total = std::max(usual_stages_, record.sweep + 1);
-      if (!context_.on_sweep({record, total, seconds(), now_labelled, positions, checkpoint})) return false;
+      if (!context_.on_sweep({record, total, seconds(), now_labelled, positions, checkpoint, {}, fraction_}))
+        return false;
     }
     return !context_.cancel.load();
   }
@@ -257,6 +258,15 @@ class AutomaticRun {
     return result;
   }
 
+  /// Of the whole run. A stage is as much work as it has vertices; before the solve that the result is made of, that
+  /// is to come; after it, the regressions and all that follows from the labels take half as long.
+  double fraction_after(const SolveRequest& request, int stage) const {
+    constexpr double kAfterwards = 0.5 * kStagesOfSolve;
+    const auto vertices = static_cast<double>(mesh_->vertex_count), done = static_cast<double>(result_.site_proposals);
+    const double to_come = request.final ? request.options.stages - 1 - stage : kStagesOfSolve;
+    return done / (done + vertices * (to_come + kAfterwards));
+  }
+
   bool stage_done(const SolveRequest& request, const StageView& view) {
     SweepRecord& record = result_.sweeps.emplace_back();
     record.sweep = static_cast<std::uint32_t>(result_.sweeps.size());
@@ -271,6 +281,7 @@ class AutomaticRun {
     const bool whole = &request.mesh == mesh_;
     if (whole) latest_.assign(view.positions.begin(), view.positions.end());
     result_.site_proposals += request.mesh.vertex_count;
+    fraction_ = std::max(fraction_, fraction_after(request, view.stage));
     const auto angles = [&] { return whole ? present_angles(view.positions) : std::vector<float>(); };
     result_.cancelled = !shown(angles, [&] { return state(request, view); });
     return !result_.cancelled;
@@ -411,7 +422,8 @@ class AutomaticRun {
   SmoothResult result_;
   FlatVectors latest_;  ///< positions of the whole mesh
   std::uint32_t usual_stages_ = kUsualStages;
-  EndedDescent ended_;  ///< with uncertainty
+  double fraction_ = 0;  ///< of the run that is done
+  EndedDescent ended_;   ///< with uncertainty
 
   std::string done_;          ///< solves, as checkpoints have them
   std::uint32_t solves_ = 0;  ///< in `done_`

@@ -39,6 +39,7 @@ struct SweepView {
   std::function<std::vector<Vec3>()> positions;            ///< in the units of the upload, made when called
   std::function<std::string()> checkpoint = {};            ///< made when called; empty where a method has none
   std::function<std::vector<double>()> dihedral_rad = {};  ///< per edge, for `positions`; set by run_job
+  std::optional<double> fraction = {};                     ///< of the work that is done, where sweeps take unlike times
 };
 
 /// How a caller follows and stops a run. `on_sweep` is called after every sweep on the calling thread; when it returns

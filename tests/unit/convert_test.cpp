@@ -155,6 +155,10 @@ TEST(ProgressMessage, GivesFractionAndTimeLeft) {
   EXPECT_EQ(progress.fraction(), 0.25);
   EXPECT_EQ(progress.eta_seconds(), 9.0);
   EXPECT_EQ(progress.sweeps(), 100U);
+  SweepView of_unlike_sweeps{record, 100, 3.0, {}, {}};
+  of_unlike_sweeps.fraction = 0.75;
+  EXPECT_EQ(to_message(of_unlike_sweeps).fraction(), 0.75);
+  EXPECT_EQ(to_message(of_unlike_sweeps).eta_seconds(), 1.0);
   EXPECT_EQ(progress.temperature(), 0.125);
   EXPECT_EQ(progress.acceptance(), 0.5);
   EXPECT_EQ(progress.energy().smoothness(), 2);

@@ -150,6 +150,23 @@ TEST(Smooth, TheStepSizeFollowsTheAcceptanceRate) {
   }
 }
 
+/// What is done of an automatic run never falls, and what follows the last stage is still to come then.
+TEST(Smooth, AnAutomaticRunTellsHowMuchIsDone) {
+  const Mesh noisy = add_noise(test::cube(8), 0.1, 1, NoiseKind::kGaussian);
+  std::vector<double> fractions;
+  RunContext context;
+  context.on_sweep = [&](const SweepView& view) {
+    fractions.push_back(view.fraction.value_or(0));
+    return true;
+  };
+  smooth(noisy, build_topology(noisy), {MrfOptions{}, 1}, context);
+  ASSERT_GT(fractions.size(), 6U);
+  EXPECT_TRUE(std::ranges::is_sorted(fractions));
+  EXPECT_GT(fractions.front(), 0);
+  EXPECT_LT(fractions.back(), 1);
+  EXPECT_GT(fractions.back(), 0.5);
+}
+
 TEST(Smooth, StopsBeforeTheNextSweepWhenAsked) {
   RunContext context;
   std::uint32_t calls = 0;
