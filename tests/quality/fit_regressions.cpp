@@ -24,6 +24,7 @@
 #include "core/regression/normal_network.h"
 #include "core/regression/normal_regression.h"
 #include "tests/quality/depth_camera.h"
+#include "tests/quality/error_fit.h"
 #include "tests/quality/pairs.h"
 
 namespace crease::quality {
