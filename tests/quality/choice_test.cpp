@@ -21,11 +21,7 @@
 namespace crease::quality {
 namespace {
 
-GraduatedResult solved(const SolveRequest& request) {
-  ThreadTeam team(1);
-  return GraduatedDescent(request.mesh, request.measured, request.options, request.precisions, request.latent, team)
-      .run();
-}
+GraduatedResult solved(const SolveRequest& request) { return solve_with(calling_thread())(request); }
 
 /// A pair that is made here, with what the automatic setting works on.
 struct Work {

@@ -130,9 +130,9 @@ void set_landmarks(Fit<Model>& fit, const std::vector<const AnySample*>& samples
   fit.model.landmarks = fit.landmarks;
 }
 
-/// Regression of the logarithms of the errors over the smallest of their pair.
-template <typename Model, typename AnySample>
-Fit<Model> fitted(const std::vector<const AnySample*>& samples) {
+/// A model that expects `error_of(sample, method)`.
+template <typename Model, typename AnySample, typename ErrorOf>
+Fit<Model> fitted_to(const std::vector<const AnySample*>& samples, ErrorOf error_of) {
   constexpr double kPenalty = 0.1;
   const auto count = static_cast<Eigen::Index>(samples.size());
   Fit<Model> fit;
@@ -141,14 +141,20 @@ Fit<Model> fitted(const std::vector<const AnySample*>& samples) {
   Eigen::MatrixXd errors(count, static_cast<Eigen::Index>(methods));
   for (std::size_t i = 0; i < methods; ++i) {
     auto column = errors.col(static_cast<Eigen::Index>(i));
-    for (Eigen::Index s = 0; s < count; ++s) {
-      column(s) = std::min(Model::kWorst, loss(*samples[static_cast<std::size_t>(s)], i));
-    }
+    for (Eigen::Index s = 0; s < count; ++s) column(s) = error_of(*samples[static_cast<std::size_t>(s)], i);
     fit.model.mean_errors[i] = column.mean();
     column.array() -= fit.model.mean_errors[i];
   }
   set_landmarks(fit, samples, errors, kPenalty);
   return fit;
+}
+
+/// Regression of the logarithms of the errors over the smallest of their pair.
+template <typename Model, typename AnySample>
+Fit<Model> fitted(const std::vector<const AnySample*>& samples) {
+  return fitted_to<Model>(samples, [](const AnySample& sample, std::size_t method) {
+    return std::min(Model::kWorst, loss(sample, method));
+  });
 }
 
 /// Calls `use` with each sample and a model that `fit_to` has fitted without the sample's family: a tenth of the

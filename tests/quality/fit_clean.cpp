@@ -41,17 +41,9 @@ void print_measured(const Mesh& mesh, const std::string& name, const std::string
   std::fflush(stdout);
 }
 
-/// Kernel ridge regression.
 Fit<CleanModel> fitted_clean(const std::vector<const CleanSample*>& samples) {
-  constexpr double kPenalty = 0.1;
-  Fit<CleanModel> fit;
-  standardise(samples, &CleanSample::features, fit.model);
-  Eigen::MatrixXd clean(static_cast<Eigen::Index>(samples.size()), 1);
-  for (std::size_t s = 0; s < samples.size(); ++s) clean(static_cast<Eigen::Index>(s), 0) = samples[s]->errors[0];
-  fit.model.mean_errors[0] = clean.mean();
-  clean.array() -= clean.mean();
-  set_landmarks(fit, samples, clean, kPenalty);
-  return fit;
+  return fitted_to<CleanModel>(samples,
+                               [](const CleanSample& sample, std::size_t method) { return sample.errors.at(method); });
 }
 
 void report_mistakes(const std::vector<CleanSample>& samples) {

@@ -102,15 +102,16 @@ std::vector<float> end_of_two(const Bowl& bowl, LbfgsOptions options, PassOn pas
   return x;
 }
 
+constexpr auto kAsItIs = [](LbfgsMemory&) {};
+
 // It knows how long a step should be.
 TEST(Lbfgs, TheFirstStepOfASearchThatGoesOnIsAheadOfOneThatBeginsAnew) {
   const Bowl bowl(kNumbers);
   LbfgsOptions options;
   options.steps = 1;
-  const auto as_it_is = [](LbfgsMemory&) {};
-  const std::vector<float> anew = end_of_two(bowl, options, as_it_is);
+  const std::vector<float> anew = end_of_two(bowl, options, kAsItIs);
   options.goes_on = true;
-  EXPECT_LT(bowl.value(end_of_two(bowl, options, as_it_is)), bowl.value(anew) / 2);
+  EXPECT_LT(bowl.value(end_of_two(bowl, options, kAsItIs)), bowl.value(anew) / 2);
 }
 
 TEST(Lbfgs, TheLastStepIsAllThatASearchTakesFromTheOneBefore) {
@@ -118,13 +119,12 @@ TEST(Lbfgs, TheLastStepIsAllThatASearchTakesFromTheOneBefore) {
   LbfgsOptions options;
   options.steps = 6;
   options.goes_on = true;
-  const auto as_it_is = [](LbfgsMemory&) {};
   const auto last_step_alone = [](LbfgsMemory& memory) {
     LbfgsMemory other;
     other.last = memory.last;
     memory = other;
   };
-  EXPECT_EQ(end_of_two(bowl, options, last_step_alone), end_of_two(bowl, options, as_it_is));
+  EXPECT_EQ(end_of_two(bowl, options, last_step_alone), end_of_two(bowl, options, kAsItIs));
 }
 
 }  // namespace
