@@ -92,7 +92,7 @@ TEST(Lbfgs, AMetricThatSolvesIsTakenAtItsWord) {
 /// Where two short searches in a row end, the second of which forgets the last step of the first, or goes on from it as
 /// the first left it or as it is handed on by `pass_on`.
 template <typename PassOn>
-std::vector<float> end_of_two(const Bowl& bowl, LbfgsOptions options, PassOn pass_on) {
+std::vector<float> end_of_two(const Bowl& bowl, const LbfgsOptions& options, PassOn pass_on) {
   std::vector<float> x(kNumbers, 0);
   ThreadTeam team(2);
   LbfgsMemory memory;
