@@ -1,6 +1,7 @@
 #include "core/choice/first_sight.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/choice/noise_level.h"
 
@@ -11,6 +12,7 @@ constexpr int kTrialStages = 5, kTrialSteps = 20;
 constexpr int kStepsOfRegular = 25;    ///< what is folded over takes longer
 constexpr int kStepsOfDiffusion = 12;  ///< of a stage; each has a small part of the way to go
 constexpr double kLeastVariance = 1e-6;
+constexpr double kLeastIrregularity = 0.15;  ///< in ℓ; less would move vertices across creases
 /// With fewer, noise cannot be told from shape: the estimate takes coarse prisms for noise and flattens them.
 constexpr std::size_t kFewestVertices = 40;
 
@@ -29,6 +31,11 @@ GraduatedOptions FirstSight::options(const Setting& setting, double noise_varian
   if (isotropic || !regular) options.family.ramp = 1;
   options.weight = static_cast<float>(setting.weight);
   options.variance = static_cast<float>(noise_variance);
+  if (isotropic) {
+    const double of_sampling = sigma_tangential * sigma_tangential - noise_variance;
+    options.irregularity =
+        static_cast<float>(std::sqrt(std::max(kLeastIrregularity * kLeastIrregularity, of_sampling)));
+  }
   const bool diffuses = options.family.diffuses_throughout();
   if (trial && !diffuses) options.stages = kTrialStages;
   if (trial) {
@@ -54,7 +61,7 @@ FirstSight look_at(const Surface& surface, std::optional<double> sigma, std::opt
   sight.sigma_tangential = level.sigma_tangential;
   sight.folded_share = level.folded_share;
   if (sight.direction == NoiseDirection::kUnsure) sight.base.across = 2;
-  if (sight.isotropic) sight.base.across = level.sigma_tangential > 0.22 ? 0.3F : 0.5F;
+  if (sight.isotropic) sight.base.across = 1;
   sight.base.across_start = std::min(sight.regular ? 6.0F : 3.0F, sight.base.across);
   sight.base.fading_area_start = sight.regular ? 0.4F : 0.3F;
   if (sight.isotropic) sight.base.fold_weight = 10;

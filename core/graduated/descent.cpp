@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/graduated/lbfgs.h"
+#include "core/graduated/sampling.h"
 
 namespace crease {
 namespace {
@@ -92,6 +93,7 @@ void GraduatedDescent::begin_stage(int stage) {
                                                    std::pow(options_.across, std::max(0.0F, 1.5F * time - 0.5F)));
   energy_.fold_weight = options_.fold_weight;
   energy_.likelihood = options_.weight / options_.variance * std::pow(family.ramp, 1 - time);
+  energy_.measured = measured_;
   if (stage >= family.diffuses_from) {
     smoothed_ = positions_;
     energy_.measured = smoothed_;
@@ -111,6 +113,7 @@ void GraduatedDescent::begin_stage(int stage) {
   update_references();
   update_scales(geometric(kScaleStart, family.scale, time));
   update_precisions(stage);
+  if (options_.irregularity > 0) even_sampling();
 }
 
 /// Area vectors of the faces, and their sums around vertices.
@@ -217,6 +220,28 @@ void GraduatedDescent::update_scales(float scale) {
     const float c = std::sqrt(scale * scale + (family.local_gain > 0 ? family.local_gain * bends[e] : 0));
     return {lengths[e] * (family.local_gain > 0 && family.weight_power == 2 ? kScaleStart / c : 1), c};
   });
+}
+
+/// What the stage goes by is moved within the surface to where the sampling is as smooth as it may be.
+void GraduatedDescent::even_sampling() {
+  const float ratio = options_.variance / (options_.irregularity * options_.irregularity);
+  const FlatVectors moves = evening_moves({mesh_, positions_, measured_, energy_.vertex_normals}, ratio, team_);
+  const std::span<const float> data = energy_.measured;
+  const std::size_t count = mesh_.vertex_count;
+  evened_.resize(3 * count);
+  for_each(count, team_, [&](std::size_t v) {
+    const auto normal = vector_at(energy_.vertex_normals, v);
+    float along = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t i = axis * count + v;
+      along += (data[i] - positions_[i]) * normal[axis];
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t i = axis * count + v;
+      evened_[i] = positions_[i] + moves[i] + along * normal[axis];
+    }
+  });
+  energy_.measured = evened_;
 }
 
 void GraduatedDescent::update_precisions(int stage) {

@@ -19,8 +19,10 @@ struct GraduatedOptions {
   PotentialFamily family;
   float weight = 0.1F;     ///< of the likelihood, times the noise variance
   float variance = 0.09F;  ///< of the noise along normals, in ℓ²
-  float across = 16;       ///< t: above 1 for noise along normals, below for isotropic noise
+  float across = 16;       ///< t: above 1 for noise along normals, 1 for isotropic noise
   float across_start = 6;  ///< at most; anneals to `across` where that is above 1
+  float irregularity = 0;  ///< deviation of vertices from the mean of their neighbours, within the surface, without
+                           ///< noise, in ℓ; 0 for noise along normals, which leaves the sampling as it is
   float fading_area_start = 0.4F;
   float fold_weight = 3, fold_area = 0.3F;
   bool latent_variance = true;    ///< tell vertices that hardly moved from those that did
@@ -71,6 +73,7 @@ class GraduatedDescent {
   void update_normals();
   void update_references();
   void update_scales(float scale);
+  void even_sampling();
   void update_precisions(int stage);
   void restore_unmoved();
 
@@ -82,6 +85,7 @@ class GraduatedDescent {
   FlatVectors positions_, area_vectors_;
   LbfgsMemory memory_;
   FlatVectors smoothed_;                   ///< by the stage before, for families that diffuse
+  FlatVectors evened_;                     ///< what was measured or smoothed, moved within the surface
   std::vector<float> inverse_curvatures_;  ///< of the stage, a number for each of `positions_`
   LatentVariance latent_;
   int first_stage_ = 0;
