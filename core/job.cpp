@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/base/quantile.h"
 #include "core/base/thread_team.h"
 #include "core/features/features.h"
 #include "core/io/vertex_weights.h"
@@ -63,9 +64,7 @@ UncertaintyFacts uncertainty_facts(std::vector<double> sigma, double mean_edge_l
   if (mean_edge_length > 0) {
     for (double& value : sigma) value /= mean_edge_length;
   }
-  const auto middle = sigma.begin() + static_cast<std::ptrdiff_t>(sigma.size() / 2);
-  std::ranges::nth_element(sigma, middle);
-  const double median = *middle;
+  const double median = quantile(sigma, 0.5);
   const double sum = std::accumulate(sigma.begin(), sigma.end(), 0.0);
   return {sum / static_cast<double>(sigma.size()), median, *std::ranges::max_element(sigma)};
 }

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
+
+#include "core/base/quantile.h"
 
 namespace crease {
 namespace {
@@ -10,14 +13,6 @@ namespace {
 double log_of(double x) {
   constexpr double kLeast = 1e-3;
   return std::log(std::max(kLeast, x));
-}
-
-/// 0 for none.
-double quantile(std::vector<float> values, double share) {
-  if (values.empty()) return 0;
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return static_cast<double>(*place);
 }
 
 class Description {

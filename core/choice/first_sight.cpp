@@ -23,6 +23,13 @@ NoiseDirection direction_of(const NoiseLevel& level, double sigma) {
   return ratio > 0.6 ? NoiseDirection::kUnsure : NoiseDirection::kNormal;
 }
 
+/// Whether vertices are as far from the mean of their neighbours, within the surface, as Gaussian noise leaves them. An
+/// irregular sampling, which may have noise along the normals alone, has longer tails, or none.
+bool looks_like_noise_within(const NoiseLevel& level) {
+  constexpr double kShortest = 2.9, kLongest = 4.2;
+  return level.tangential_tail > kShortest && level.tangential_tail < kLongest;
+}
+
 }  // namespace
 
 GraduatedOptions FirstSight::options(const Setting& setting, double noise_variance, bool trial) const {
@@ -31,7 +38,7 @@ GraduatedOptions FirstSight::options(const Setting& setting, double noise_varian
   if (isotropic || !regular) options.family.ramp = 1;
   options.weight = static_cast<float>(setting.weight);
   options.variance = static_cast<float>(noise_variance);
-  if (isotropic) {
+  if (evens_sampling) {
     const double of_sampling = sigma_tangential * sigma_tangential - noise_variance;
     options.irregularity =
         static_cast<float>(std::sqrt(std::max(kLeastIrregularity * kLeastIrregularity, of_sampling)));
@@ -61,7 +68,8 @@ FirstSight look_at(const Surface& surface, std::optional<double> sigma, std::opt
   sight.sigma_tangential = level.sigma_tangential;
   sight.folded_share = level.folded_share;
   if (sight.direction == NoiseDirection::kUnsure) sight.base.across = 2;
-  if (sight.isotropic) sight.base.across = 1;
+  sight.evens_sampling = sight.isotropic && looks_like_noise_within(level);
+  if (sight.isotropic) sight.base.across = sight.evens_sampling ? 1 : level.sigma_tangential > 0.22 ? 0.3F : 0.5F;
   sight.base.across_start = std::min(sight.regular ? 6.0F : 3.0F, sight.base.across);
   sight.base.fading_area_start = sight.regular ? 0.4F : 0.3F;
   if (sight.isotropic) sight.base.fold_weight = 10;

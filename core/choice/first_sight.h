@@ -19,6 +19,7 @@ struct FirstSight {
   double sigma = 0, variance = 0;  ///< of the noise; in ℓ, ℓ²
   bool regular = true;             ///< hardly any face is folded over
   bool isotropic = false;
+  bool evens_sampling = false;  ///< what isotropic noise did within the surface is taken back
   double sigma_tangential = 0;  ///< within the surface, of sampling included; in ℓ
   double folded_share = 0;      ///< of faces that look against the smoothed normals around them
   GraduatedOptions base;        ///< without family, weight and variance

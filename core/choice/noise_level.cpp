@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/quantile.h"
 #include "core/mesh/pooled_variance.h"
 
 namespace crease {
@@ -44,13 +45,8 @@ double folded_share(const Surface& surface, const std::vector<Vec3>& normals, Th
   return static_cast<double>(folded) / static_cast<double>(surface.faces.size());
 }
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double tangential_sigma(const Surface& surface, const std::vector<Vec3>& normals, ThreadTeam& team) {
+void look_within_surface(const Surface& surface, const std::vector<Vec3>& normals, NoiseLevel& level,
+                         ThreadTeam& team) {
   constexpr double kMedianOfSquares = 0.693;  // ln 2: of half the sum of two squared standard normals
   constexpr double kNotInside = -1;
   const std::vector<std::uint8_t> inner = inner_vertices(surface.topology);
@@ -65,7 +61,10 @@ double tangential_sigma(const Surface& surface, const std::vector<Vec3>& normals
     squares[v] = umbrella.squaredNorm() / 2 / (1 + 1 / count);
   });
   std::erase(squares, kNotInside);
-  return squares.empty() ? 0 : std::sqrt(median_of(std::move(squares)) / kMedianOfSquares);
+  if (squares.empty()) return;
+  const double median = quantile(squares, 0.5);
+  level.sigma_tangential = std::sqrt(median / kMedianOfSquares);
+  if (median > 0) level.tangential_tail = quantile(squares, 0.9) / median;
 }
 
 /// The neighbourhood of a vertex up to two edges away, the vertex first.
@@ -169,7 +168,7 @@ NoiseLevel estimate_noise_level(const Surface& surface, ThreadTeam& team) {
   const std::vector<Vec3> normals = smoothed_normals(surface, team);
   NoiseLevel level;
   level.folded_share = folded_share(surface, normals, team);
-  level.sigma_tangential = tangential_sigma(surface, normals, team);
+  look_within_surface(surface, normals, level, team);
   const std::vector<FitVariance> fits = fit_quadrics(surface, normals, team);
   if (fits.size() >= kLeastFits) level.sigma = std::sqrt(pooled_variance(fits));
   return level;

@@ -9,6 +9,7 @@ namespace crease {
 struct NoiseLevel {
   double sigma = 0;             ///< along the normals
   double sigma_tangential = 0;  ///< within the surface, in each direction; irregular sampling counts as such
+  double tangential_tail = 0;   ///< 0.9 quantile of the squares that it is the median of, over that: 3.3 for Gaussians
   double folded_share = 0;      ///< of faces that look against the smoothed normals around them
 };
 

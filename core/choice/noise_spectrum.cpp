@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/base/quantile.h"
 #include "core/base/random.h"
 #include "core/choice/scan_error.h"
 #include "core/mesh/face_vectors.h"
@@ -69,12 +70,6 @@ class WalkSeries {
   const LazyWalk& walk_;
   std::map<int, std::vector<Value>> kept_;  ///< by the number of steps
 };
-
-double quantile(std::vector<double>& values, double share) {
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
 
 class Spectrometer {
  public:

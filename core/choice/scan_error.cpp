@@ -5,6 +5,7 @@
 #include <numbers>
 #include <vector>
 
+#include "core/base/quantile.h"
 #include "core/choice/scan_error_table.h"
 
 namespace crease {
@@ -32,13 +33,9 @@ CaptureSigns capture_of(const ScanFeatures& features) { return {features[0], fea
 
 /// Logarithms of the quantiles at kShares.
 std::array<double, kShares.size()> quantiles(std::span<const float> angles) {
-  std::vector<float> sorted(angles.begin(), angles.end());
+  const std::vector<float> all(angles.begin(), angles.end());
   std::array<double, kShares.size()> result{};
-  for (std::size_t k = 0; k < kShares.size() && !sorted.empty(); ++k) {
-    const auto place = static_cast<std::ptrdiff_t>(kShares[k] * static_cast<double>(sorted.size() - 1));
-    std::nth_element(sorted.begin(), sorted.begin() + place, sorted.end());
-    result[k] = log_of_degrees(static_cast<double>(sorted[static_cast<std::size_t>(place)]));
-  }
+  for (std::size_t k = 0; k < kShares.size(); ++k) result[k] = log_of_degrees(quantile(all, kShares[k]));
   return result;
 }
 
@@ -82,7 +79,7 @@ double OddsModel::log_odds(const std::array<double, kNumbers>& numbers) const {
 }
 
 bool may_be_correlated(const NoiseSpectrum& spectrum) {
-  return kFittedOdds.log_odds(OddsModel::numbers_of(spectrum)) > 0;
+  return kScanOdds.log_odds(OddsModel::numbers_of(spectrum)) > 0;
 }
 
 bool counts_as_scan(const ScanModel& model, const ScanFeatures& features) {
@@ -114,6 +111,17 @@ ScanFeatures scan_features(std::span<const float> angles_measured, std::span<con
   return features;
 }
 
+NoiseSpectrum spectrum_of(const ScanFeatures& features) {
+  NoiseSpectrum spectrum;
+  spectrum.capture = capture_of(features);
+  auto next = features.begin() + 5;
+  for (Density& band : spectrum.bands) {
+    for (double* density : {&band.low, &band.half, &band.high}) *density = std::exp(*next++);
+  }
+  return spectrum;
+}
+
+const OddsModel kScanOdds = kFittedOdds;
 const ScanModel kFittedScanModel{{kScanFeatureMeans, kScanFeatureDeviations, kScanMeanErrors, kScanLandmarks}};
 
 }  // namespace crease

@@ -56,8 +56,12 @@ bool counts_as_scan(const ScanModel& model, const ScanFeatures& features);
 ScanFeatures scan_features(std::span<const float> angles_measured, std::span<const ScanLook> looks,
                            const NoiseSpectrum& spectrum);
 
+/// What the features say of the spectrum: its bands, but for the quarters, and how the mesh was captured.
+NoiseSpectrum spectrum_of(const ScanFeatures& features);
+
 /// Fitted on pairs with correlated noise, of depth cameras and other, with independent noise, and without
 /// (tests/quality/fit_scans.cpp).
 extern const ScanModel kFittedScanModel;
+extern const OddsModel kScanOdds;
 
 }  // namespace crease

@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "core/base/quantile.h"
 #include "core/choice/first_sight.h"
 
 namespace crease {
@@ -99,18 +100,11 @@ std::vector<double> heights_over_neighbours(const Mesh& mesh, const Topology& to
   return heights;
 }
 
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 }  // namespace
 
 std::vector<Index> find_spikes(const Mesh& mesh, const Topology& topology, ThreadTeam& team) {
   const std::vector<double> heights = heights_over_neighbours(mesh, topology, team);
-  const double usual = median_of(heights);
+  const double usual = quantile(heights, 0.5);
   std::vector<Index> spikes;
   for (Index v = 0; v < heights.size(); ++v) {
     if (heights[v] > kUnusual * usual && Tip(mesh, topology, v).is_spike(heights[v])) spikes.push_back(v);
