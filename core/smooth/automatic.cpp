@@ -15,9 +15,7 @@
 #include "core/choice/uncertainty.h"
 #include "core/geometry/renumbering.h"
 #include "core/graduated/descent.h"
-#include "core/regression/face_turning.h"
-#include "core/regression/label_regression.h"
-#include "core/regression/normal_regression.h"
+#include "core/smooth/refinement.h"
 
 namespace crease {
 namespace {
@@ -135,10 +133,9 @@ class AutomaticRun {
       }
       if (!found) found = choose_and_solve(surface, mesh, precisions_, options, solve, report, team_);
       const ChoiceResult& chosen = *found;
-      const DescentSight sight = sight_of(chosen.setting, report);
-      const Refined refined = refine(chosen, sight);
+      const Refined refined = refine(mesh, chosen, report, options_.strength, precisions_, team_);
       result_.positions = upload_positions(refined.positions);
-      result_.labels = upload_labels(labels_of(refined, chosen.reference_positions, sight));
+      result_.labels = upload_labels(labels_of(mesh, refined, chosen, report, team_));
       ended_.risk = chosen.risk;
       if (options_.uncertainty) find_uncertainty(surface, chosen.positions, report, spectrum);
       result_.choice = std::move(report);
@@ -167,37 +164,6 @@ class AutomaticRun {
   }
 
   double seconds() const { return seconds_before_ + stopwatch_.seconds(); }
-
-  /// How far noise is above what counts as none.
-  static double noisiness(const DescentSight& sight) {
-    constexpr double kNoNoise = 0.005, kLittleNoise = 0.015;  // in ℓ
-    return std::clamp((sight.noise_sigma - kNoNoise) / (kLittleNoise - kNoNoise), 0.0, 1.0);
-  }
-
-  struct Refined {
-    FlatVectors positions, normals;  ///< those that faces should have; empty where nothing was to be refined
-  };
-
-  /// The faces turned to where the regression says. It has learnt from results of the usual strength, so it fades where
-  /// a user wants another one. What has no noise stays as it is.
-  Refined refine(const ChoiceResult& chosen, const DescentSight& sight) {
-    const double amount = std::max(0.0, 1 - std::abs(options_.strength - 1)) * noisiness(sight);
-    if (!(amount > 0)) return {chosen.positions, {}};
-    FlatVectors normals = regressed_normals(*mesh_, chosen.positions, chosen.reference_positions, sight,
-                                            static_cast<float>(amount), team_);
-    return {turned_towards(*mesh_, chosen.positions, normals, precisions_, team_), std::move(normals)};
-  }
-
-  /// What the regression of labels makes of a result, and where there is no noise, angles alone.
-  std::vector<float> labels_of(const Refined& refined, const FlatVectors& reference, const DescentSight& sight) {
-    const auto share = static_cast<float>(noisiness(sight));
-    std::vector<float> labels = labels_of(present_angles(refined.positions), sight.noise_sigma);
-    if (!(share > 0)) return labels;
-    const LabelFeatures features(*mesh_, refined.positions, reference, refined.normals, sight, team_);
-    const std::vector<float> regressed = regressed_labels(*mesh_, features, team_);
-    for (std::size_t e = 0; e < labels.size(); ++e) labels[e] += share * (regressed[e] - labels[e]);
-    return labels;
-  }
 
   /// Keeps what the last of the solves that the result is made of was told.
   void keep_options(const SolveRequest& request) {
@@ -232,7 +198,7 @@ class AutomaticRun {
     if (context_.on_sweep && !result_.sweeps.empty()) {
       const SweepRecord& record = result_.sweeps.back();
       const auto positions = [&] { return upload_positions(latest_); };
-      const auto now_labelled = [&] { return upload_labels(labels_of(angles(), kUsualNoise)); };
+      const auto now_labelled = [&] { return upload_labels(labels_of_angles(angles(), kUsualNoise)); };
       const std::uint32_t total = std::max(usual_stages_, record.sweep + 1);
       if (!context_.on_sweep({record, total, seconds(), now_labelled, positions, checkpoint, {}, fraction_}))
         return false;
@@ -380,19 +346,6 @@ class AutomaticRun {
 
   std::vector<float> present_angles(std::span<const float> positions) {
     return dihedral_angles(*mesh_, positions, team_);
-  }
-
-  /// The probability that an edge is a ridge, over 25° in the original, as its angle tells: a logistic function that is
-  /// steep where there is little noise. Its constants were fitted to the training pairs of tests/quality.
-  static std::vector<float> labels_of(std::vector<float> angles, double noise_sigma) {
-    constexpr double kRidge = 25 * kDegree, kBias = 6 * kDegree, kLittleNoise = 0.08;
-    constexpr double kSlope = 0.5 * kDegree, kSlopeOfLittle = 5 * kDegree, kSlopeOfMore = 13.5 * kDegree;
-    const double little = std::min(1.0, noise_sigma / kLittleNoise), more = std::max(0.0, noise_sigma - kLittleNoise);
-    const double middle = kRidge + kBias * little, slope = kSlope + kSlopeOfLittle * little + kSlopeOfMore * more;
-    for (float& angle : angles) {
-      angle = static_cast<float>(1 / (1 + std::exp((middle - static_cast<double>(angle)) / slope)));
-    }
-    return angles;
   }
 
   /// Labels of the mesh's edges as the upload numbers them; 0 for those that are not interior, and for all where there
