@@ -130,13 +130,20 @@ void set_landmarks(Fit<Model>& fit, const std::vector<const AnySample*>& samples
   fit.model.landmarks = fit.landmarks;
 }
 
-/// A model that expects `error_of(sample, method)`.
+/// Of large influences.
+inline constexpr double kPenaltyOfInfluences = 0.1;
+
+/// A model that expects `error_of(sample, method)`. `standards`, where there are any, are those of its features.
 template <typename Model, typename AnySample, typename ErrorOf>
-Fit<Model> fitted_to(const std::vector<const AnySample*>& samples, ErrorOf error_of) {
-  constexpr double kPenalty = 0.1;
+Fit<Model> fitted_to(const std::vector<const AnySample*>& samples, ErrorOf error_of, const Model* standards = nullptr) {
   const auto count = static_cast<Eigen::Index>(samples.size());
   Fit<Model> fit;
-  standardise(samples, &AnySample::features, fit.model);
+  if (standards != nullptr) {
+    fit.model.means = standards->means;
+    fit.model.deviations = standards->deviations;
+  } else {
+    standardise(samples, &AnySample::features, fit.model);
+  }
   const std::size_t methods = fit.model.mean_errors.size();
   Eigen::MatrixXd errors(count, static_cast<Eigen::Index>(methods));
   for (std::size_t i = 0; i < methods; ++i) {
@@ -145,16 +152,23 @@ Fit<Model> fitted_to(const std::vector<const AnySample*>& samples, ErrorOf error
     fit.model.mean_errors[i] = column.mean();
     column.array() -= fit.model.mean_errors[i];
   }
-  set_landmarks(fit, samples, errors, kPenalty);
+  set_landmarks(fit, samples, errors, kPenaltyOfInfluences);
   return fit;
 }
 
 /// Regression of the logarithms of the errors over the smallest of their pair.
 template <typename Model, typename AnySample>
-Fit<Model> fitted(const std::vector<const AnySample*>& samples) {
-  return fitted_to<Model>(samples, [](const AnySample& sample, std::size_t method) {
+Fit<Model> fitted(const std::vector<const AnySample*>& samples, const Model* standards) {
+  const auto error_of = [](const AnySample& sample, std::size_t method) {
     return std::min(Model::kWorst, loss(sample, method));
-  });
+  };
+  return fitted_to<Model>(samples, error_of, standards);
+}
+
+/// The same in standards of its own, which `visit_left_out` can call.
+template <typename Model, typename AnySample>
+Fit<Model> fitted_alone(const std::vector<const AnySample*>& samples) {
+  return fitted<Model>(samples, static_cast<const Model*>(nullptr));
 }
 
 /// Calls `use` with each sample and a model that `fit_to` has fitted without the sample's family: a tenth of the

@@ -113,7 +113,7 @@ void report_cost(const std::vector<SettingSample>& samples, const SettingModel& 
   double in_sample = 0, left_out = 0;
   for (const SettingSample& sample : samples) in_sample += loss(sample, pick(sample, model)) / count;
   std::map<std::string, std::vector<double>> losses_left_out;
-  visit_left_out(samples, fitted<SettingModel, SettingSample>,
+  visit_left_out(samples, fitted_alone<SettingModel, SettingSample>,
                  [&](const SettingSample& sample, const SettingModel& without) {
                    losses_left_out[sample.family].push_back(loss(sample, pick(sample, without)));
                  });
@@ -136,7 +136,7 @@ void report_cost(const std::vector<SettingSample>& samples, const SettingModel& 
 
 void write_table(const std::vector<std::string>& files) {
   const auto samples = read_samples<SettingSample>(files);
-  const Fit<SettingModel> fit = fitted<SettingModel>(pointers_to(samples));
+  const Fit<SettingModel> fit = fitted_alone<SettingModel>(pointers_to(samples));
   report_cost(samples, fit.model);
   print_table_head("core/choice/expected_error.h");
   print_table(fit, "SettingModel", "");
@@ -180,8 +180,12 @@ int main(int count, char** arguments) try {
       add_table("clean-table", "Prints core/choice/clean_table.h, and what is taken for clean to stderr");
   CLI::App* scans = add_measure("measure-scans", "Prints features and errors of weights for scans, a pair per line");
   scans->add_option("--models", of.models, "Measure the models of these folders, too")->check(CLI::ExistingDirectory);
+  scans->add_option("--kind", of.kind, "Measure scans of this kind only")
+      ->check(CLI::IsMember({"views", "fused", "whole"}));
   CLI::App* scan_table =
       add_table("scan-table", "Prints core/choice/scan_error_table.h, and the cost of the choice to stderr");
+  bool keeps = false;
+  scan_table->add_flag("--keep", keeps, "Fit to the pairs of the present table, too");
   std::string file;
   CLI::App* normals =
       add_measure("measure-normals", "Writes what the regression of normals sees of faces, for fit_normals.py");
@@ -203,7 +207,7 @@ int main(int count, char** arguments) try {
   if (scans->parsed()) measure_scans(of);
   if (normals->parsed()) measure_normals(of, file);
   if (labels->parsed()) measure_labels(of, file);
-  if (scan_table->parsed()) write_scan_table(files);
+  if (scan_table->parsed()) write_scan_table(files, keeps);
 } catch (const std::exception& error) {
   std::fputs((std::string(error.what()) + "\n").c_str(), stderr);
   return 1;

@@ -25,6 +25,7 @@
 #include "core/regression/normal_regression.h"
 #include "tests/quality/depth_camera.h"
 #include "tests/quality/error_fit.h"
+#include "tests/quality/fused_scan.h"
 #include "tests/quality/pairs.h"
 
 namespace crease::quality {
@@ -170,8 +171,8 @@ class LabelWriter {
 /// weakly, or with growing noise that counts as correlated: what is learnt must help where the choice is not as good as
 /// it is for models that it knows.
 void measure_model(const Mesh& original, std::mt19937_64& random, const Measure& measure) {
-  constexpr double kIndependent = 0.58, kHardlyAny = 0.68, kView = 0.86, kNamed = 0.2, kMostOfHardlyAny = 0.04;
-  constexpr double kOtherStrength = 0.3, kMostStrength = 1.7, kTakenForScan = 0.4;
+  constexpr double kIndependent = 0.52, kHardlyAny = 0.61, kView = 0.76, kFused = 0.89, kNamed = 0.2;
+  constexpr double kOtherStrength = 0.3, kMostStrength = 1.7, kTakenForScan = 0.4, kMostOfHardlyAny = 0.04;
   std::uniform_real_distribution<double> unit(0, 1);
   ChoiceOptions options;
   if (unit(random) < kNamed) options.surface = kSettings[random() % kSettings.size()].family.name;
@@ -198,6 +199,9 @@ void measure_model(const Mesh& original, std::mt19937_64& random, const Measure&
     if (const auto view = take_depth_view(original, camera, depth_noise, random())) {
       write(view->original, view->noisy);
     }
+  } else if (share < kFused) {
+    const FusedScan settings = random_fused_scan(random);
+    if (const auto scan = take_fused_scan(original, settings, random())) write(scan->original, scan->noisy);
   } else {
     write(original, with_waves(original, random));
   }

@@ -18,6 +18,7 @@
 #include "core/io/decode.h"
 #include "tests/quality/depth_camera.h"
 #include "tests/quality/error_fit.h"
+#include "tests/quality/fused_scan.h"
 #include "tests/quality/pairs.h"
 #include "tests/support/meshes.h"
 
@@ -30,9 +31,12 @@ constexpr std::size_t kFewestOfScan = 1000, kMostFacesOfPair = 13'000, kIndepend
 
 /// Of measuring every model. Those of folders are many, and mostly parts.
 constexpr std::size_t kRounds = 4, kRoundsOfParts = 2;
+/// Of scanning every model; most scans are too small or too large.
+constexpr std::size_t kRoundsOfFused = 10, kRoundsOfFusedParts = 4, kFirstSeedOfFused = 1'000'000;
 
 struct ScanSample : Sample<ScanModel> {
-  std::string noise;  ///< a word of tests/quality/noise_models.h, "none", "view", "view-white", or "view-none"
+  std::string
+      noise;  ///< a word of tests/quality/noise_models.h, "none", "view" or "fused", these with "-white" or "-none"
   std::array<double, OddsModel::kNumbers> numbers{};
 
   void read(std::istream& words) {
@@ -81,6 +85,25 @@ void measure_view(const TrainingModel& model, const Mesh& original, std::mt19937
   }
 }
 
+/// A scan that is fused of several views; a quarter of the time it is the model as the scan samples it, without noise
+/// or with noise that is not correlated.
+void measure_fused(const TrainingModel& model, const Mesh& original, std::mt19937_64& random) {
+  constexpr double kWithout = 0.14, kWhite = 0.26;
+  const FusedScan settings = random_fused_scan(random);
+  const double share = std::uniform_real_distribution<double>(0, 1)(random);
+  const auto scan = take_fused_scan(original, settings, random());
+  if (!scan) return;
+  if (share < kWithout) {
+    print_measured(model, "fused-none", scan->original, scan->original);
+  } else if (share < kWhite) {
+    const double level = 0.05 * std::pow(10.0, std::uniform_real_distribution<double>(0, 1)(random));
+    print_measured(model, "fused-white", scan->original,
+                   add_noise_of_kind(scan->original, Noise::kNormal, level, random()));
+  } else {
+    print_measured(model, "fused", scan->original, scan->noisy);
+  }
+}
+
 bool is_measured_whole(const Mesh& original) {
   constexpr std::size_t kFewestOfWhole = 1500;
   return original.positions.size() >= kFewestOfWhole && original.triangles.size() <= kMostFacesOfPair;
@@ -117,10 +140,14 @@ double gain_of_scan(const ScanSample& sample) {
 }
 
 /// Newton's method. Samples weigh as much as there is to gain, those without gain alike.
-OddsModel fitted_odds(const std::vector<const ScanSample*>& samples) {
+OddsModel fitted_odds(const std::vector<const ScanSample*>& samples, bool keeps) {
   constexpr double kWorthwhile = 0.1, kWeightWithout = 0.3, kPenalty = 1;
   OddsModel model;
-  standardise(samples, &ScanSample::numbers, model);
+  if (keeps) {
+    model = kScanOdds;
+  } else {
+    standardise(samples, &ScanSample::numbers, model);
+  }
   constexpr auto kTerms = static_cast<Eigen::Index>(model.factors.size());
   using Terms = Eigen::Matrix<double, kTerms, 1>;
   Terms factors = Terms::Zero();
@@ -142,13 +169,35 @@ OddsModel fitted_odds(const std::vector<const ScanSample*>& samples) {
   return model;
 }
 
+/// The pairs that the present table was fitted to: what it expects of them and, as their influences were penalised, a
+/// share of these add up to their losses. What they are called is forgotten, and each is a family of its own.
+std::vector<ScanSample> known_samples() {
+  const ScanModel& model = kFittedScanModel;
+  std::vector<ScanSample> samples;
+  for (const ScanModel::Landmark& landmark : model.landmarks) {
+    ScanSample& sample = samples.emplace_back();
+    sample.noise = "known";
+    sample.family = fmt::format("known{}", samples.size());
+    for (std::size_t k = 0; k < sample.features.size(); ++k) {
+      sample.features[k] = model.means[k] + model.deviations[k] * landmark.features[k] / ScanModel::kStepsPerDeviation;
+    }
+    sample.errors = model.expected(sample.features);
+    for (std::size_t i = 0; i < sample.errors.size(); ++i) {
+      sample.errors[i] = std::exp(sample.errors[i] + kPenaltyOfInfluences * landmark.influence[i]);
+    }
+    sample.numbers = OddsModel::numbers_of(spectrum_of(sample.features));
+  }
+  return samples;
+}
+
 /// What is lost and won by kind of noise, families left out.
-void report_cost(const std::vector<ScanSample>& samples, const OddsModel& odds) {
+void report_cost(const std::vector<ScanSample>& samples, const OddsModel& odds, const ScanModel* standards) {
   struct Sums {
     double count = 0, over_hindsight = 0, over_independent = 0, scans = 0, tried = 0;
   };
   std::map<std::string, Sums> sums;
-  visit_left_out(samples, fitted<ScanModel, ScanSample>, [&](const ScanSample& sample, const ScanModel& model) {
+  const auto fit = [&](const std::vector<const ScanSample*>& some) { return fitted<ScanModel>(some, standards); };
+  visit_left_out(samples, fit, [&](const ScanSample& sample, const ScanModel& model) {
     const bool tried = odds.log_odds(sample.numbers) > 0;
     const std::size_t chosen = tried ? pick(sample, model) : kIndependent;
     Sums& sum = sums[sample.noise];
@@ -232,29 +281,38 @@ std::vector<ModelFile> model_files(const std::string& folder) {
 
 void measure_scans(const Part& of) {
   const std::vector<TrainingModel> models = training_models({PairSet::kTraining, PairSet::kDevelopment}, of.models);
-  for (std::size_t round = 0; round < kRounds; ++round) {
+  const auto is_asked_for = [&](std::string_view kind) { return of.kind.empty() || of.kind == kind; };
+  for (std::size_t round = 0; round < kRoundsOfFused; ++round) {
     for (std::size_t k = of.part; k < models.size(); k += of.parts) {
-      if (round >= (models[k].is_of_folder ? kRoundsOfParts : kRounds)) continue;
-      const std::optional<Mesh> original = models[k].load();
+      const TrainingModel& model = models[k];
+      const bool measures = round < (model.is_of_folder ? kRoundsOfParts : kRounds),
+                 fuses = round < (model.is_of_folder ? kRoundsOfFusedParts : kRoundsOfFused) && is_asked_for("fused");
+      const std::optional<Mesh> original = measures || fuses ? model.load() : std::nullopt;
       if (!original) continue;
+      if (fuses) {
+        std::mt19937_64 random(kFirstSeedOfFused + kRoundsOfFused * k + round);
+        measure_fused(model, *original, random);
+      }
       std::mt19937_64 random(kRounds * k + round + 1);
-      measure_view(models[k], *original, random);
-      if (!is_measured_whole(*original)) continue;
-      measure_whole(models[k], *original, random);
-      measure_independent(models[k], *original, random);
+      if (measures && is_asked_for("views")) measure_view(model, *original, random);
+      if (!measures || !is_asked_for("whole") || !is_measured_whole(*original)) continue;
+      measure_whole(model, *original, random);
+      measure_independent(model, *original, random);
     }
   }
 }
 
-void write_scan_table(const std::vector<std::string>& files) {
-  const auto samples = read_samples<ScanSample>(files);
+void write_scan_table(const std::vector<std::string>& files, bool keeps) {
+  auto samples = read_samples<ScanSample>(files);
+  if (keeps) std::ranges::move(known_samples(), std::back_inserter(samples));
   const auto all = pointers_to(samples);
-  const OddsModel odds = fitted_odds(all);
-  report_cost(samples, odds);
+  const ScanModel* standards = keeps ? &kFittedScanModel : nullptr;
+  const OddsModel odds = fitted_odds(all, keeps);
+  report_cost(samples, odds, standards);
   print_table_head("core/choice/scan_error.h");
   fmt::print("inline constexpr OddsModel kFittedOdds{{{{{}}}, {{{}}}, {{{}}}}};\n", row_of(odds.means),
              row_of(odds.deviations), row_of(odds.factors));
-  print_table(fitted<ScanModel>(all), "ScanModel", "Scan");
+  print_table(fitted<ScanModel>(all, standards), "ScanModel", "Scan");
 }
 
 }  // namespace crease::quality

@@ -18,6 +18,7 @@ struct Part {
   std::size_t part = 0, parts = 1;
   std::string meshes;               ///< folder of pairs with measured noise
   std::vector<std::string> models;  ///< folders
+  std::string kind;                 ///< of scans: views, fused, or whole; all of them if empty
 };
 
 /// A mesh in a file. Those named alike but for what follows the last underscore are a family.
@@ -48,7 +49,8 @@ Mesh with_waves(const Mesh& original, std::mt19937_64& random);
 /// and the errors of the settings and of the automatic one for independent noise; a pair per line.
 void measure_scans(const Part& of);
 
-/// Prints core/choice/scan_error_table.h, and what the choice costs to stderr.
-void write_scan_table(const std::vector<std::string>& files);
+/// Prints core/choice/scan_error_table.h, and what the choice costs to stderr. With `keeps`, the pairs of the present
+/// table are among those that it is fitted to.
+void write_scan_table(const std::vector<std::string>& files, bool keeps);
 
 }  // namespace crease::quality

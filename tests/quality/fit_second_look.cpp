@@ -133,7 +133,7 @@ double SettingSample::angle_deg(std::size_t result, std::size_t other) const {
 void write_second_table(const std::vector<std::string>& files) {
   const auto samples = read_samples<SettingSample>(files);
   std::vector<SecondSample> seconds;
-  visit_left_out(samples, fitted<SettingModel, SettingSample>,
+  visit_left_out(samples, fitted_alone<SettingModel, SettingSample>,
                  [&](const SettingSample& sample, const SettingModel& without) {
                    seconds.push_back(second_sample(sample, without));
                  });
