@@ -12,6 +12,8 @@ constexpr int kTrialStages = 5, kTrialSteps = 20;
 constexpr int kStepsOfRegular = 25;    ///< what is folded over takes longer
 constexpr int kStepsOfDiffusion = 12;  ///< of a stage; each has a small part of the way to go
 constexpr double kLeastVariance = 1e-6;
+constexpr double kLeastImpulses = 0.004;     ///< share of the vertices
+constexpr double kFarAbove = 1.5;            ///< the noise that quadrics see, which take few impulses for outliers
 constexpr double kLeastIrregularity = 0.15;  ///< in ℓ; less would move vertices across creases
 /// With fewer, noise cannot be told from shape: the estimate takes coarse prisms for noise and flattens them.
 constexpr std::size_t kFewestVertices = 40;
@@ -21,6 +23,18 @@ NoiseDirection direction_of(const NoiseLevel& level, double sigma) {
   const bool folds = level.folded_share > 0.6 * level.sigma_tangential * level.sigma_tangential;
   if (ratio > 0.72 && folds) return NoiseDirection::kIsotropic;
   return ratio > 0.6 ? NoiseDirection::kUnsure : NoiseDirection::kNormal;
+}
+
+/// Deviation over all vertices of impulsive noise that spares most of them. Impulses beside others do not stand out
+/// alone, nor do weak ones.
+double sigma_of(const LoneImpulses& impulses) {
+  constexpr double kNeighbors = 6, kStrongEnough = 0.6;
+  constexpr int kRounds = 8;
+  double share = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    share = std::min(0.5, impulses.share / kStrongEnough / std::pow(1 - share, kNeighbors));
+  }
+  return std::sqrt(share) * impulses.rms;
 }
 
 /// Whether vertices are as far from the mean of their neighbours, within the surface, as Gaussian noise leaves them. An
@@ -60,9 +74,14 @@ FirstSight look_at(const Surface& surface, std::optional<double> sigma, std::opt
   const NoiseLevel level = estimate_noise_level(surface, team);
   FirstSight sight;
   const bool is_estimable = surface.measured.size() >= kFewestVertices;
-  sight.sigma = sigma.value_or(is_estimable ? level.sigma : 0);
+  if (is_estimable && !sigma && level.impulses.share > kLeastImpulses) {
+    sight.sigma_of_impulses = sigma_of(level.impulses);
+  }
+  const bool hides_impulses = sight.sigma_of_impulses > kFarAbove * level.sigma;
+  const double estimate = hides_impulses ? sight.sigma_of_impulses : level.sigma;
+  sight.sigma = sigma.value_or(is_estimable ? estimate : 0);
   sight.variance = std::max(kLeastVariance, sight.sigma * sight.sigma);
-  sight.direction = direction.value_or(direction_of(level, level.sigma));
+  sight.direction = direction.value_or(direction_of(level, estimate));
   sight.regular = level.folded_share < 0.02;
   sight.isotropic = sight.direction == NoiseDirection::kIsotropic;
   sight.sigma_tangential = level.sigma_tangential;

@@ -45,26 +45,73 @@ double folded_share(const Surface& surface, const std::vector<Vec3>& normals, Th
   return static_cast<double>(folded) / static_cast<double>(surface.faces.size());
 }
 
-void look_within_surface(const Surface& surface, const std::vector<Vec3>& normals, NoiseLevel& level,
-                         ThreadTeam& team) {
-  constexpr double kMedianOfSquares = 0.693;  // ln 2: of half the sum of two squared standard normals
-  constexpr double kNotInside = -1;
-  const std::vector<std::uint8_t> inner = inner_vertices(surface.topology);
-  std::vector<double> squares(inner.size(), kNotInside);
-  for_each(inner.size(), team, [&](std::size_t v) {
-    const auto count = static_cast<double>(surface.topology.vertex_edges[v].size());
-    if (inner[v] == 0 || count < 3) return;
-    Vec3 sum = Vec3::Zero();
-    surface.visit_vertex_neighbors(static_cast<Index>(v), [&](Index other) { sum += surface.measured[other]; });
-    Vec3 umbrella = sum / count - surface.measured[v];
-    umbrella -= umbrella.dot(normals[v]) * normals[v];
-    squares[v] = umbrella.squaredNorm() / 2 / (1 + 1 / count);
+/// The way of each vertex to the mean of its neighbours; zero without any.
+std::vector<Vec3> ways_to_means(const Surface& surface, ThreadTeam& team) {
+  std::vector<Vec3> ways(surface.measured.size(), Vec3::Zero());
+  for_each(ways.size(), team, [&](std::size_t v) {
+    const std::size_t count = surface.topology.vertex_edges[v].size();
+    if (count == 0) return;
+    surface.visit_vertex_neighbors(static_cast<Index>(v), [&](Index other) { ways[v] += surface.measured[other]; });
+    ways[v] = ways[v] / static_cast<double>(count) - surface.measured[v];
   });
-  std::erase(squares, kNotInside);
-  if (squares.empty()) return;
+  return ways;
+}
+
+/// Those inside the surface that have neighbours enough.
+std::vector<std::uint8_t> surrounded_vertices(const Surface& surface) {
+  std::vector<std::uint8_t> surrounded = inner_vertices(surface.topology);
+  for (std::size_t v = 0; v < surrounded.size(); ++v) {
+    if (surface.topology.vertex_edges[v].size() < 3) surrounded[v] = 0;
+  }
+  return surrounded;
+}
+
+void look_within_surface(const Surface& surface, const std::vector<Vec3>& normals, const std::vector<Vec3>& ways,
+                         const std::vector<std::uint8_t>& surrounded, NoiseLevel& level) {
+  constexpr double kMedianOfSquares = 0.693;  // ln 2: of half the sum of two squared standard normals
+  std::vector<double> squares;
+  for (std::size_t v = 0; v < ways.size(); ++v) {
+    if (surrounded[v] == 0) continue;
+    const auto count = static_cast<double>(surface.topology.vertex_edges[v].size());
+    squares.push_back((ways[v] - ways[v].dot(normals[v]) * normals[v]).squaredNorm() / 2 / (1 + 1 / count));
+  }
   const double median = quantile(squares, 0.5);
   level.sigma_tangential = std::sqrt(median / kMedianOfSquares);
-  if (median > 0) level.tangential_tail = quantile(squares, 0.9) / median;
+  if (median > 0) level.tangential_tail = quantile(std::move(squares), 0.9) / median;
+}
+
+LoneImpulses find_lone_impulses(const Surface& surface, const std::vector<Vec3>& normals, const std::vector<Vec3>& ways,
+                                const std::vector<std::uint8_t>& surrounded, ThreadTeam& team) {
+  constexpr double kUnusual = 6, kLeast = 0.02, kMostAround = 0.35;
+  std::vector<double> heights(ways.size()), usual;
+  for (std::size_t v = 0; v < ways.size(); ++v) {
+    heights[v] = -ways[v].dot(normals[v]);
+    if (surrounded[v] != 0) usual.push_back(std::abs(heights[v]));
+  }
+  const auto count = static_cast<double>(std::max<std::size_t>(1, usual.size()));
+  const double least = std::max(kLeast, kUnusual * quantile(std::move(usual), 0.5));
+  const auto is_lone = [&](std::size_t v) {
+    if (surrounded[v] == 0 || !(std::abs(heights[v]) > least)) return false;
+    double most = 0;
+    surface.visit_vertex_neighbors(static_cast<Index>(v), [&](Index other) {
+      const double share =
+          normals[v].dot(normals[other]) / static_cast<double>(surface.topology.vertex_edges[other].size());
+      most = std::max(most, std::abs(heights[other] + share * heights[v]));
+    });
+    return most < kMostAround * std::abs(heights[v]);
+  };
+  struct Sums {
+    double count = 0, squares = 0;
+    Sums& operator+=(const Sums& other) {
+      count += other.count;
+      squares += other.squares;
+      return *this;
+    }
+  };
+  const Sums sums = block_sum<Sums>(ways.size(), team, [&](std::size_t v) {
+    return is_lone(v) ? Sums{1, heights[v] * heights[v]} : Sums{};
+  });
+  return {sums.count / count, sums.count > 0 ? std::sqrt(sums.squares / sums.count) : 0};
 }
 
 /// The neighbourhood of a vertex up to two edges away, the vertex first.
@@ -168,7 +215,10 @@ NoiseLevel estimate_noise_level(const Surface& surface, ThreadTeam& team) {
   const std::vector<Vec3> normals = smoothed_normals(surface, team);
   NoiseLevel level;
   level.folded_share = folded_share(surface, normals, team);
-  look_within_surface(surface, normals, level, team);
+  const std::vector<Vec3> ways = ways_to_means(surface, team);
+  const std::vector<std::uint8_t> surrounded = surrounded_vertices(surface);
+  look_within_surface(surface, normals, ways, surrounded, level);
+  level.impulses = find_lone_impulses(surface, normals, ways, surrounded, team);
   const std::vector<FitVariance> fits = fit_quadrics(surface, normals, team);
   if (fits.size() >= kLeastFits) level.sigma = std::sqrt(pooled_variance(fits));
   return level;
