@@ -77,7 +77,8 @@ void print_measured(const Pair& pair, const std::string& family) {
 void measure_pairs(const Part& of) {
   std::vector<PairRecipe> recipes = recipes_of(PairSet::kTraining);
   for (const PairRecipe& recipe : recipes_of(PairSet::kDevelopment)) {
-    const bool is_independent = recipe.noise != Noise::kCorrelated && recipe.noise != Noise::kDepth;
+    const bool is_independent =
+        recipe.noise != Noise::kCorrelated && recipe.noise != Noise::kDepth && recipe.noise != Noise::kFused;
     if (is_independent && recipe.level > 0) recipes.push_back(recipe);
   }
   for (std::size_t i = of.part; i < recipes.size(); i += of.parts) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <random>
 #include <stdexcept>
 #include <vector>
 
@@ -33,6 +34,18 @@ Mesh add_growing_noise(const Mesh& mesh, double level, std::uint64_t seed) {
     const double share = length > 0 ? (mesh.positions[v][axis] - low[axis]) / length : 0.5;
     const double factor = 2 * (1 + (kGrowth - 1) * share) / (1 + kGrowth);
     noisy.positions[v] = mesh.positions[v] + factor * (noisy.positions[v] - mesh.positions[v]);
+  }
+  return noisy;
+}
+
+/// Keeps the noise of a random tenth of the vertices.
+Mesh add_sparse_noise(const Mesh& mesh, double level, std::uint64_t seed) {
+  constexpr double kMoved = 0.1;
+  Mesh noisy = add_noise(mesh, level, seed, NoiseKind::kNormal);
+  std::mt19937_64 random(seed);
+  std::bernoulli_distribution is_moved(kMoved);
+  for (std::size_t v = 0; v < noisy.positions.size(); ++v) {
+    if (!is_moved(random)) noisy.positions[v] = mesh.positions[v];
   }
   return noisy;
 }
@@ -90,11 +103,14 @@ Mesh add_noise_of_kind(const Mesh& mesh, Noise kind, double level, std::uint64_t
       return add_noise(mesh, level, seed, NoiseKind::kGaussian);
     case Noise::kImpulsive:
       return add_noise(mesh, level, seed, NoiseKind::kImpulsive);
+    case Noise::kSparse:
+      return add_sparse_noise(mesh, level, seed);
     case Noise::kGrowing:
       return add_growing_noise(mesh, level, seed);
     case Noise::kCorrelated:
       return add_correlated_noise(mesh, level, seed);
     case Noise::kDepth:
+    case Noise::kFused:
     case Noise::kMeasured:
       break;
   }

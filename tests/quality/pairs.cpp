@@ -9,6 +9,7 @@
 
 #include "core/io/decode.h"
 #include "tests/quality/depth_camera.h"
+#include "tests/quality/fused_scan.h"
 #include "tests/quality/parts.h"
 #include "tests/support/meshes.h"
 
@@ -87,12 +88,16 @@ std::vector<PairRecipe> development_recipes() {
          {kNormal, 0.1},
          {kNormal, 0.7},
          {kImpulsive, 0.5},
+         {kSparse, 0.5},
          {kGrowing, 0.2},
          {kCorrelated, 0.2},
-         {kDepth, 0.5}}},
+         {kDepth, 0.5},
+         {kFused, 1}}},
        {"anchor_dense", "anchor", {{kIsotropic, 0.3}, {kGrowing, 0.3}}},
        {"rotor_small", "rotor", {{kNormal, 0}, {kNormal, 0.2}, {kNormal, 0.3}}},
-       {"elephant", "elephant", {{kNormal, 0}, {kImpulsive, 0.3}, {kDepth, 0}, {kDepth, 0.5}}},
+       {"elephant",
+        "elephant",
+        {{kNormal, 0}, {kImpulsive, 0.3}, {kSparse, 0.5}, {kDepth, 0}, {kDepth, 0.5}, {kFused, 1}}},
        {"knot1", "knot", {{kNormal, 0}, {kNormal, 0.2}, {kGrowing, 0.2}, {kDepth, 0.3}}},
        {"armadillo", "armadillo", {{kNormal, 0}, {kNormal, 0.2}, {kCorrelated, 0.3}}},
        {"cylinder_locally_refined", "cylinder", {{kNormal, 0.2}}},
@@ -109,7 +114,7 @@ std::vector<PairRecipe> development_recipes() {
        {"shaft", "shaft", {{kNormal, 0.3}}},
        {"shaft_graded", "shaft", {{kNormal, 0.2}}},
        {"shaft_slivers", "shaft", {{kNormal, 0.2}}},
-       {"cone", "cone", {{kNormal, 0.2}, {kDepth, 0.5}}},
+       {"cone", "cone", {{kNormal, 0.2}, {kDepth, 0.5}, {kFused, 0.5}}},
        {"elbow", "elbow", {{kNormal, 0}, {kNormal, 0.2}, {kNormal, 0.5}}},
        {"facets_16", "facets_16", {{kNormal, 0}, {kNormal, 0.1}}},
        {"wide_facets_16", "facets_16", {{kNormal, 0.2}}}},
@@ -124,21 +129,21 @@ std::vector<PairRecipe> held_out_recipes() {
        {"mech-holes-shark", "shark", {{kNormal, 0.3}, {kCorrelated, 0.2}, {kDepth, 0.5}}},
        {"handle", "handle", {{kNormal, 0.2}}},
        {"cheese", "cheese", {{kNormal, 0.3}}},
-       {"camel", "camel", {{kNormal, 0}, {kNormal, 0.2}, {kGrowing, 0.2}, {kDepth, 0}, {kDepth, 0.3}}},
+       {"camel", "camel", {{kNormal, 0}, {kNormal, 0.2}, {kGrowing, 0.2}, {kDepth, 0}, {kDepth, 0.3}, {kFused, 0.5}}},
        {"triceratops", "triceratops", {{kIsotropic, 0.2}, {kDepth, 0.5}}},
-       {"homer", "homer", {{kNormal, 0.3}, {kImpulsive, 0.3}, {kDepth, 0.5}}},
+       {"homer", "homer", {{kNormal, 0.3}, {kImpulsive, 0.3}, {kSparse, 0.5}, {kDepth, 0.5}, {kFused, 1}}},
        {"femur", "femur", {{kNormal, 0.1}, {kDepth, 0.7}}},
        {"ChineseDragon-10kv", "dragon", {{kNormal, 0}, {kNormal, 0.2}}},
        {"diplodocus", "diplodocus", {{kCorrelated, 0.3}}},
        {"retinal", "retinal", {{kNormal, 0.5}}},
        {"channel", "channel", {{kNormal, 0}, {kNormal, 0.2}, {kIsotropic, 0.5}, {kCorrelated, 0.3}, {kDepth, 0.5}}},
-       {"channel_irregular", "channel", {{kGrowing, 0.3}}},
+       {"channel_irregular", "channel", {{kGrowing, 0.3}, {kSparse, 0.3}}},
        {"channel_slivers", "channel", {{kNormal, 0.2}}},
        {"spindle", "spindle", {{kNormal, 0.3}}},
        {"spindle_graded", "spindle", {{kNormal, 0.2}}},
-       {"bullet", "bullet", {{kNormal, 0}, {kNormal, 0.2}, {kDepth, 0}, {kDepth, 0.5}}},
+       {"bullet", "bullet", {{kNormal, 0}, {kNormal, 0.2}, {kDepth, 0}, {kDepth, 0.5}, {kFused, 1}}},
        {"bullet_open", "bullet", {{kIsotropic, 0.2}}},
-       {"stepped_block", "stepped_block", {{kNormal, 0}, {kNormal, 0.3}, {kImpulsive, 0.5}}},
+       {"stepped_block", "stepped_block", {{kNormal, 0}, {kNormal, 0.3}, {kImpulsive, 0.5}, {kFused, 1}}},
        {"facets_18", "facets_18", {{kNormal, 0.1}}}},
       kHeldOutSeed);
 }
@@ -243,10 +248,9 @@ std::optional<Mesh> original_of(const std::string& model) {
   return path ? load_mesh(*path) : std::nullopt;
 }
 
-/// What a camera like that of [Wang et al. 2016] sees: its noise is smooth over a pixel, a third of it over three, and
-/// rounded. The level is in pixels.
-std::pair<Mesh, Mesh> depth_view(const Mesh& model, const PairRecipe& recipe) {
-  const DepthCamera camera{.pixels_across = 110, .distance = 4, .farthest_step = 6};
+/// What cameras like those of [Wang et al. 2016] see, one or several: their noise is smooth over a pixel, a third of it
+/// over three, and rounded. The level is in pixels.
+std::pair<Mesh, Mesh> seen(const Mesh& model, const PairRecipe& recipe) {
   const DepthNoise noise{.level = recipe.level,
                          .fine_width = 1,
                          .broad_width = 3,
@@ -254,7 +258,10 @@ std::pair<Mesh, Mesh> depth_view(const Mesh& model, const PairRecipe& recipe) {
                          .growth_with_slope = 0,
                          .step = recipe.level / 2,
                          .rounds_disparity = false};
-  auto view = take_depth_view(model, camera, noise, recipe.seed);
+  const DepthCamera camera{.pixels_across = 110, .distance = 4, .farthest_step = 6};
+  const FusedScan scan{.voxels_across = 50, .views = 6, .pixels_across = 60, .misplacement = 0.2, .noise = noise};
+  auto view = recipe.noise == Noise::kFused ? take_fused_scan(model, scan, recipe.seed)
+                                            : take_depth_view(model, camera, noise, recipe.seed);
   if (!view) throw std::runtime_error("the camera sees nothing of " + recipe.model);
   return {std::move(view->original), std::move(view->noisy)};
 }
@@ -294,8 +301,8 @@ std::optional<Pair> build_pair(const PairRecipe& recipe, const fs::path& folder)
   auto original = measured ? load_mesh(folder / recipe.model / "original.obj") : original_of(recipe.model);
   auto noisy = measured ? load_mesh(folder / recipe.model / "noisy.obj") : std::nullopt;
   if (!original || (measured && !noisy)) return std::nullopt;
-  if (recipe.noise == Noise::kDepth) {
-    std::tie(pair.original, pair.noisy) = depth_view(*original, recipe);
+  if (recipe.noise == Noise::kDepth || recipe.noise == Noise::kFused) {
+    std::tie(pair.original, pair.noisy) = seen(*original, recipe);
     return pair;
   }
   pair.noisy = measured ? *std::move(noisy) : add_noise_of_kind(*original, recipe.noise, recipe.level, recipe.seed);
