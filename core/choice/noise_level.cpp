@@ -82,7 +82,7 @@ void look_within_surface(const Surface& surface, const std::vector<Vec3>& normal
 
 LoneImpulses find_lone_impulses(const Surface& surface, const std::vector<Vec3>& normals, const std::vector<Vec3>& ways,
                                 const std::vector<std::uint8_t>& surrounded, ThreadTeam& team) {
-  constexpr double kUnusual = 6, kLeast = 0.02, kMostAround = 0.35;
+  constexpr double kUnusual = 6, kLeast = 0.02, kMostAround = 0.35, kFewest = 3;
   std::vector<double> heights(ways.size()), usual;
   for (std::size_t v = 0; v < ways.size(); ++v) {
     heights[v] = -ways[v].dot(normals[v]);
@@ -111,7 +111,8 @@ LoneImpulses find_lone_impulses(const Surface& surface, const std::vector<Vec3>&
   const Sums sums = block_sum<Sums>(ways.size(), team, [&](std::size_t v) {
     return is_lone(v) ? Sums{1, heights[v] * heights[v]} : Sums{};
   });
-  return {sums.count / count, sums.count > 0 ? std::sqrt(sums.squares / sums.count) : 0};
+  if (sums.count < kFewest) return {};
+  return {sums.count / count, std::sqrt(sums.squares / sums.count)};
 }
 
 /// The neighbourhood of a vertex up to two edges away, the vertex first.

@@ -1,19 +1,20 @@
 """Fits the network of normals of core/regression: fit_normals.py FILES > core/regression/normal_network.cpp
 
-FILES are those of `fit_choice measure-normals`. Needs PyTorch (python3-torch). Shares of the error that is left go to
-stderr, those of models that the fit has not seen first.
+FILES are those of `fit_choice measure-normals`. With --from NETWORK, a file that this wrote, the fit goes on from there,
+more gently. Needs PyTorch (python3-torch). Shares of the error that is left go to stderr.
 """
 
-import sys
+import argparse
 
 import torch
 from torch import nn
 
-from network_fit import print_layer, print_matrix, print_network, read_rows, train
+from network_fit import print_layer, print_matrix, print_network, read_numbers, read_rows, train
 
 FLOOR = 1e-3  # of lengths
 LEAST_ERROR = 0.4  # degrees; a pair with less counts as one with this
 EPOCHS, BATCH, RATE, DECAY = 12, 8192, 2e-3, 0.05
+MORE_EPOCHS, GENTLE_RATE = 4, 5e-4
 
 
 class Network(nn.Module):
@@ -40,6 +41,19 @@ class Network(nn.Module):
         return (everything * factors[:, None, :]).sum(2)
 
 
+    def take(self, numbers):
+        """What print_weights wrote."""
+        matrices = [self.mixing.weight] + [part for i in (0, 2, 4) for part in (self.layers[i].weight, self.layers[i].bias)]
+        assert len(numbers) == sum(matrix.numel() for matrix in matrices), "of another network"
+        with torch.no_grad():
+            for matrix in matrices:
+                matrix.copy_(numbers[:matrix.numel()].reshape(matrix.shape))
+                numbers = numbers[matrix.numel():]
+            weight, scalars = self.layers[0].weight, len(self.means)
+            self.layers[0].bias += weight[:, -scalars:] @ self.means
+            weight[:, -scalars:] *= self.deviations
+
+
 def errors(turns, targets):
     """Angles in degrees between faces that turn and where they should look."""
     cosine = ((turns * targets[:, :2]).sum(1) + targets[:, 2]) / torch.sqrt(1 + (turns ** 2).sum(1))
@@ -57,15 +71,19 @@ def read(files):
             rows[:, second:])
 
 
-def fitted(sizes, weights, vectors, scalars, targets):
+def fitted(sizes, weights, vectors, scalars, targets, start):
+    """`start`: the numbers of a network to go on from, or none."""
     torch.manual_seed(2)
     network = Network(*sizes, vectors, scalars)
     before = (weights * errors(torch.zeros(len(weights), 2), targets)).mean().item()
+    if start is not None:
+        network.take(start)
+    epochs, rate = (EPOCHS, RATE) if start is None else (MORE_EPOCHS, GENTLE_RATE)
 
     def loss_of(rows):
         return (weights[rows] * errors(network(vectors[rows], scalars[rows]), targets[rows])).mean()
 
-    train(network, len(weights), loss_of, lambda mean: f"{mean / before:.4f} of the error is left", EPOCHS, BATCH, RATE,
+    train(network, len(weights), loss_of, lambda mean: f"{mean / before:.4f} of the error is left", epochs, BATCH, rate,
           DECAY)
     return network
 
@@ -82,4 +100,8 @@ def print_weights(network):
 
 
 if __name__ == "__main__":
-    print_network("normal", fitted(*read(sys.argv[1:])), print_weights)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--from", dest="start", metavar="NETWORK", type=read_numbers)
+    parser.add_argument("files", nargs="+")
+    arguments = parser.parse_args()
+    print_network("normal", fitted(*read(arguments.files), arguments.start), print_weights)

@@ -1,5 +1,6 @@
 """What the fits of networks share: fit_labels.py, fit_normals.py. Needs PyTorch (python3-torch)."""
 
+import re
 import sys
 
 import numpy
@@ -37,6 +38,13 @@ def train(network, count, loss_of, tell, epochs, batch, rate, decay=0):
             schedule.step()
             total += loss.item() / batches
         print(f"epoch {epoch}: {tell(total)}", file=sys.stderr, flush=True)
+
+
+def read_numbers(file):
+    """Those of a network in a file that print_network wrote."""
+    with open(file, encoding="ascii") as source:
+        text = source.read()
+    return torch.tensor([float(word) for word in re.findall(r"(?<=[{,])-?[\d.]+(?:e[-+]?\d+)?(?=F?[,}])", text)])
 
 
 def braced(numbers):
