@@ -83,11 +83,12 @@ bool may_be_correlated(const NoiseSpectrum& spectrum) {
 }
 
 bool counts_as_scan(const ScanModel& model, const ScanFeatures& features) {
-  constexpr double kLeastGain = 0.2, kLeastGainOfOneView = 0.05, kUnfamiliar = 1.3;
+  constexpr double kLeastGain = 0.2, kUnfamiliar = 1.3, kLeastGainOfOneView = 0, kUnfamiliarView = 0.65;
   const ScanErrors errors = model.expected(features);
   const double gain = errors.back() - *std::min_element(errors.begin(), errors.end() - 1);
-  const double least = capture_of(features).is_one_view() ? kLeastGainOfOneView : kLeastGain;
-  return gain > least + kUnfamiliar * (1 - model.familiarity(features));
+  const double unfamiliarity = 1 - model.familiarity(features);
+  return capture_of(features).is_one_view() ? gain > kLeastGainOfOneView + kUnfamiliarView * unfamiliarity
+                                            : gain > kLeastGain + kUnfamiliar * unfamiliarity;
 }
 
 ScanFeatures scan_features(std::span<const float> angles_measured, std::span<const ScanLook> looks,

@@ -24,14 +24,6 @@ namespace {
 
 constexpr std::size_t kFewestVertices = 100;
 
-/// The part of a mesh that patches of it cover.
-Mesh part_of(const Mesh& mesh, const Patches& patches) {
-  Mesh part;
-  part.triangles = patches.mesh.triangles;
-  for (const Index v : patches.vertices) part.positions.push_back(mesh.positions[v]);
-  return part;
-}
-
 /// Of large meshes, what is tried in their place.
 SettingSample measured(const Pair& pair, const std::string& family) {
   const Topology topology = build_topology(pair.noisy);

@@ -46,21 +46,27 @@ struct ScanSample : Sample<ScanModel> {
   }
 };
 
+/// Of a mesh that is too large to be tried as a whole, the patches that are.
 void print_measured(const TrainingModel& model, std::string_view kind, const Mesh& original, const Mesh& noisy) {
-  if (noisy.positions.size() < kFewestOfScan || noisy.triangles.size() > kMostFacesOfPair) return;
+  if (noisy.positions.size() < kFewestOfScan) return;
   ThreadTeam team(1);
   const Topology topology = build_topology(noisy);
   const Surface surface(noisy, topology);
-  const FlatMesh mesh(surface);
-  const Solve solve = solve_with(team);
   const NoiseSpectrum spectrum = *find_correlated_noise(surface, true, team);
+  const std::optional<TrialPatches> trial = cut_for_trials(surface, {});
+  const Mesh tried = trial ? trial->patches.mesh : noisy, truth = trial ? part_of(original, trial->patches) : original;
+  const Topology topology_tried = build_topology(tried);
+  const Surface surface_tried(tried, topology_tried);
+  const FlatMesh mesh(surface_tried);
+  const Solve solve = solve_with(team);
   const ScanSolver solver(mesh, {}, spectrum, solve, team);
   std::vector<double> errors;
   for (const Setting& setting : kScanSettings) {
-    errors.push_back(normal_error_deg(original, solver.solved(setting, true).positions));
+    errors.push_back(normal_error_deg(truth, solver.solved(setting, true).positions));
   }
   ChoiceReport report;
-  errors.push_back(normal_error_deg(original, choose_and_solve(surface, mesh, {}, {}, solve, report, team).positions));
+  errors.push_back(
+      normal_error_deg(truth, choose_and_solve(surface_tried, mesh, {}, {}, solve, report, team).positions));
   fmt::print("{} {:.5g} {} {} {:.5g} {:.4f}\n", kind, fmt::join(OddsModel::numbers_of(spectrum), " "), model.name,
              model.family, fmt::join(try_scan(solver, mesh, spectrum), " "), fmt::join(errors, " "));
   std::fflush(stdout);
@@ -80,7 +86,8 @@ void measure_view(const TrainingModel& model, const Mesh& original, std::mt19937
     noise.fine_width = noise.broad_share = noise.step = 0;
     kind = "view-white";
   }
-  if (const auto view = take_depth_view(original, camera, noise, random())) {
+  const auto view = take_depth_view(original, camera, noise, random());
+  if (view && view->noisy.triangles.size() <= kMostFacesOfPair) {
     print_measured(model, kind, view->original, view->noisy);
   }
 }
@@ -268,6 +275,13 @@ Mesh with_waves(const Mesh& original, std::mt19937_64& random) {
   Mesh noisy = original;
   for (std::size_t v = 0; v < noise.size(); ++v) noisy.positions[v] += surface.unit * noise[v] * normals[v];
   return noisy;
+}
+
+Mesh part_of(const Mesh& mesh, const Patches& patches) {
+  Mesh part;
+  part.triangles = patches.mesh.triangles;
+  for (const Index v : patches.vertices) part.positions.push_back(mesh.positions[v]);
+  return part;
 }
 
 Mesh ModelFile::read() const { return decode_mesh(test::read_file(path), format_from_filename(path.string())).mesh; }

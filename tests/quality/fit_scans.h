@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/choice/patches.h"
 #include "core/mesh/mesh.h"
 #include "tests/quality/pairs.h"
 
@@ -31,6 +32,9 @@ struct ModelFile {
 
 /// Those of a folder, by name.
 std::vector<ModelFile> model_files(const std::string& folder);
+
+/// The part of a mesh that patches of it cover.
+Mesh part_of(const Mesh& mesh, const Patches& patches);
 
 struct TrainingModel {
   std::string name, family;

@@ -258,7 +258,7 @@ std::optional<DepthView> take_fused_scan(const Mesh& model, const FusedScan& sca
 FusedScan random_fused_scan(std::mt19937_64& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   FusedScan scan;
-  scan.voxels_across = 30 * std::pow(3.0, unit(random));
+  scan.voxels_across = 30 * std::pow(4.5, unit(random));
   scan.views = 1 + static_cast<int>(11 * std::pow(unit(random), 1.5));
   scan.spread = unit(random) < 0.4 ? 0.2 + 0.6 * unit(random) : std::numbers::pi;
   scan.pixels_across = scan.voxels_across * (0.8 + 1.2 * unit(random));
