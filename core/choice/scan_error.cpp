@@ -83,7 +83,7 @@ bool may_be_correlated(const NoiseSpectrum& spectrum) {
 }
 
 bool counts_as_scan(const ScanModel& model, const ScanFeatures& features) {
-  constexpr double kLeastGain = 0.2, kUnfamiliar = 1.3, kLeastGainOfOneView = 0, kUnfamiliarView = 0.65;
+  constexpr double kLeastGain = 0.15, kUnfamiliar = 1, kLeastGainOfOneView = 0, kUnfamiliarView = 0.65;
   const ScanErrors errors = model.expected(features);
   const double gain = errors.back() - *std::min_element(errors.begin(), errors.end() - 1);
   const double unfamiliarity = 1 - model.familiarity(features);
