@@ -113,9 +113,10 @@ ScanFeatures scan_features(std::span<const float> angles_measured, std::span<con
 }
 
 NoiseSpectrum spectrum_of(const ScanFeatures& features) {
+  constexpr std::ptrdiff_t kBeforeBands = 5;  // signs of the capture, level, length
   NoiseSpectrum spectrum;
   spectrum.capture = capture_of(features);
-  auto next = features.begin() + 5;
+  auto next = features.begin() + kBeforeBands;
   for (Density& band : spectrum.bands) {
     for (double* density : {&band.low, &band.half, &band.high}) *density = std::exp(*next++);
   }
