@@ -11,12 +11,12 @@
 namespace crease {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kOneDegree = std::numbers::pi / 180;
 constexpr std::array<double, 5> kShares{0.1, 0.25, 0.5, 0.75, 0.9};
 
 double log_of_degrees(double angle) {
   constexpr double kLeastDegrees = 1e-3;
-  return std::log(std::max(kLeastDegrees, angle / kDegree));
+  return std::log(std::max(kLeastDegrees, angle / kOneDegree));
 }
 
 double log_of(double value) {
@@ -41,7 +41,7 @@ std::array<double, kShares.size()> quantiles(std::span<const float> angles) {
 
 /// Logarithm of the mean; what is sharper than a ridge counts as one.
 double mean(std::span<const float> angles) {
-  constexpr double kRidge = 20 * kDegree;
+  constexpr double kRidge = 20 * kOneDegree;
   double sum = 0;
   for (const float angle : angles) sum += std::min(kRidge, static_cast<double>(angle));
   return log_of_degrees(sum / static_cast<double>(std::max<std::size_t>(1, angles.size())));

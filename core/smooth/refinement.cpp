@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/graduated/unmoved.h"
+#include "core/options/options.h"
 #include "core/regression/face_turning.h"
 #include "core/regression/label_regression.h"
 #include "core/regression/normal_regression.h"
