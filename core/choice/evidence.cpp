@@ -73,7 +73,7 @@ class Gathering {
     constexpr double kWeakNoise = 0.15, kLeast = 0.7, kMost = 1.1, kFollowsNoise = 0.25, kFarBelow = 0.72, kMuch = 0.1;
     const Candidate& reference = evidence_.reference;
     const double before = evidence_.variance;
-    if (evidence_.sight.sigma == evidence_.sight.sigma_of_impulses) {
+    if (evidence_.sight.impulses_tell_sigma) {
       evidence_.variance = reference.noise_variance();
       return;
     }
@@ -153,7 +153,7 @@ class Gathering {
 
   void find_varying_noise() {
     constexpr double kSpread = 0.08, kImpulsiveSpread = 0.15, kLargestDivergence = 0.6, kLeastGain = 0.03;
-    if (!given_precisions_.empty() || options_.noise_sigma || evidence_.sight.sigma_of_impulses > 0) return;
+    if (!given_precisions_.empty() || options_.noise_sigma || evidence_.sight.has_lone_impulses) return;
     const Candidate& before = evidence_.reference;
     NoiseField field = estimate_noise_field(mesh_, before.residuals);
     evidence_.noise_spread = field.spread;
@@ -195,7 +195,7 @@ class Gathering {
   void decide_on_impulses() {
     constexpr double kMostOfIt = 0.7;
     const bool impulsive = evidence_.reference.result.latent.impulsive;
-    const bool is_known = evidence_.varying || evidence_.sight.sigma_of_impulses > 0;
+    const bool is_known = evidence_.varying || evidence_.sight.has_lone_impulses;
     evidence_.impulsive = impulsive && (is_known || evidence_.variance > kMostOfIt * evidence_.sight.variance);
     if (impulsive && !evidence_.impulsive) evidence_.sight.base.latent_variance = false;
   }

@@ -74,11 +74,10 @@ FirstSight look_at(const Surface& surface, std::optional<double> sigma, std::opt
   const NoiseLevel level = estimate_noise_level(surface, team);
   FirstSight sight;
   const bool is_estimable = surface.measured.size() >= kFewestVertices;
-  if (is_estimable && !sigma && level.impulses.share > kLeastImpulses) {
-    sight.sigma_of_impulses = sigma_of(level.impulses);
-  }
-  const bool hides_impulses = sight.sigma_of_impulses > kFarAbove * level.sigma;
-  const double estimate = hides_impulses ? sight.sigma_of_impulses : level.sigma;
+  sight.has_lone_impulses = is_estimable && !sigma && level.impulses.share > kLeastImpulses;
+  const double of_impulses = sight.has_lone_impulses ? sigma_of(level.impulses) : 0;
+  sight.impulses_tell_sigma = of_impulses > kFarAbove * level.sigma;
+  const double estimate = sight.impulses_tell_sigma ? of_impulses : level.sigma;
   sight.sigma = sigma.value_or(is_estimable ? estimate : 0);
   sight.variance = std::max(kLeastVariance, sight.sigma * sight.sigma);
   sight.direction = direction.value_or(direction_of(level, estimate));

@@ -19,11 +19,12 @@ struct FirstSight {
   double sigma = 0, variance = 0;  ///< of the noise; in ℓ, ℓ²
   bool regular = true;             ///< hardly any face is folded over
   bool isotropic = false;
-  bool evens_sampling = false;   ///< what isotropic noise did within the surface is taken back
-  double sigma_of_impulses = 0;  ///< over all vertices, in ℓ; 0 where none stand out alone. The others may be spared
-  double sigma_tangential = 0;   ///< within the surface, of sampling included; in ℓ
-  double folded_share = 0;       ///< of faces that look against the smoothed normals around them
-  GraduatedOptions base;         ///< without family, weight and variance
+  bool evens_sampling = false;       ///< what isotropic noise did within the surface is taken back
+  bool has_lone_impulses = false;    ///< the noise spares most vertices
+  bool impulses_tell_sigma = false;  ///< since what is between them tells of hardly any noise
+  double sigma_tangential = 0;       ///< within the surface, of sampling included; in ℓ
+  double folded_share = 0;           ///< of faces that look against the smoothed normals around them
+  GraduatedOptions base;             ///< without family, weight and variance
 
   /// A trial is solved on a shorter schedule, but for diffusions, which would smooth less with fewer stages.
   GraduatedOptions options(const Setting& setting, double noise_variance, bool trial) const;

@@ -13,10 +13,10 @@ struct SamplingView {
   std::span<const float> positions, measured, normals;
 };
 
-/// How far each vertex is to move within the surface, a vector across its normal, so that it comes to lie near the mean
-/// of its neighbours: the least squares of the way from where it was measured, over the variance of the noise, and of
-/// the way from that mean, over what it is where there is no noise. `ratio` is the first variance over the second.
-/// Isotropic noise hides the sampling of a surface as it hides its shape, and samplings are smooth.
+/// Moves within the surface that make the sampling even again after isotropic noise: a vector across the normal for
+/// each vertex, in ℓ. They minimise Σ_v ‖way from where v was measured‖² + ratio · ‖way from the mean of v's
+/// neighbours‖², of both only what lies within the surface. `ratio` is the variance of the noise over that of the
+/// second way without noise.
 FlatVectors evening_moves(const SamplingView& view, float ratio, ThreadTeam& team);
 
 }  // namespace crease

@@ -7,11 +7,10 @@
 
 namespace crease {
 
-/// `positions` after impulsive noise was removed, with those vertices put back where they were measured that the noise
-/// left alone, as a mixture of two variances of the residuals tells them: what the descent has moved them by is its own
-/// error, and the vertices between are moved by as much as those around them. Nothing changes where the residuals are
-/// not those of noise that spares vertices: where the variances are less than a hundredfold apart. `amount` from 0
-/// to 1.
+/// `positions`, from which impulsive noise was removed, with the vertices that the noise left alone put back where they
+/// were measured. A mixture of two variances of the residuals tells which they are. The descent moved them by its own
+/// error, which the vertices between share, so these move by the mean of their neighbours. Nothing changes where the
+/// variances are less than a hundredfold apart: such noise spares no vertex. `amount`, 0 to 1, scales all moves.
 FlatVectors with_unmoved_put_back(const FlatMesh& mesh, const FlatVectors& positions, std::span<const float> measured,
                                   float amount, ThreadTeam& team);
 

@@ -130,10 +130,11 @@ void set_landmarks(Fit<Model>& fit, const std::vector<const AnySample*>& samples
   fit.model.landmarks = fit.landmarks;
 }
 
-/// Of large influences.
+/// What large influences cost.
 inline constexpr double kPenaltyOfInfluences = 0.1;
 
-/// A model that expects `error_of(sample, method)`. `standards`, where there are any, are those of its features.
+/// A model that expects `error_of(sample, method)`. It takes the means and deviations of its features from
+/// `standards`, if given.
 template <typename Model, typename AnySample, typename ErrorOf>
 Fit<Model> fitted_to(const std::vector<const AnySample*>& samples, ErrorOf error_of, const Model* standards = nullptr) {
   const auto count = static_cast<Eigen::Index>(samples.size());
@@ -158,17 +159,11 @@ Fit<Model> fitted_to(const std::vector<const AnySample*>& samples, ErrorOf error
 
 /// Regression of the logarithms of the errors over the smallest of their pair.
 template <typename Model, typename AnySample>
-Fit<Model> fitted(const std::vector<const AnySample*>& samples, const Model* standards) {
+Fit<Model> fitted(const std::vector<const AnySample*>& samples, const Model* standards = nullptr) {
   const auto error_of = [](const AnySample& sample, std::size_t method) {
     return std::min(Model::kWorst, loss(sample, method));
   };
   return fitted_to<Model>(samples, error_of, standards);
-}
-
-/// The same in standards of its own, which `visit_left_out` can call.
-template <typename Model, typename AnySample>
-Fit<Model> fitted_alone(const std::vector<const AnySample*>& samples) {
-  return fitted<Model>(samples, static_cast<const Model*>(nullptr));
 }
 
 /// Calls `use` with each sample and a model that `fit_to` has fitted without the sample's family: a tenth of the

@@ -106,10 +106,11 @@ void report_cost(const std::vector<SettingSample>& samples, const SettingModel& 
   double in_sample = 0, left_out = 0;
   for (const SettingSample& sample : samples) in_sample += loss(sample, pick(sample, model)) / count;
   std::map<std::string, std::vector<double>> losses_left_out;
-  visit_left_out(samples, fitted_alone<SettingModel, SettingSample>,
-                 [&](const SettingSample& sample, const SettingModel& without) {
-                   losses_left_out[sample.family].push_back(loss(sample, pick(sample, without)));
-                 });
+  visit_left_out(
+      samples, [](const auto& some) { return fitted<SettingModel>(some); },
+      [&](const SettingSample& sample, const SettingModel& without) {
+        losses_left_out[sample.family].push_back(loss(sample, pick(sample, without)));
+      });
   for (const auto& [family, losses] : losses_left_out) {
     const double sum = std::accumulate(losses.begin(), losses.end(), 0.0);
     left_out += sum / count;
@@ -129,7 +130,7 @@ void report_cost(const std::vector<SettingSample>& samples, const SettingModel& 
 
 void write_table(const std::vector<std::string>& files) {
   const auto samples = read_samples<SettingSample>(files);
-  const Fit<SettingModel> fit = fitted_alone<SettingModel>(pointers_to(samples));
+  const Fit<SettingModel> fit = fitted<SettingModel>(pointers_to(samples));
   report_cost(samples, fit.model);
   print_table_head("core/choice/expected_error.h");
   print_table(fit, "SettingModel", "");

@@ -35,8 +35,7 @@ constexpr std::size_t kRounds = 4, kRoundsOfParts = 2;
 constexpr std::size_t kRoundsOfFused = 10, kRoundsOfFusedParts = 4, kFirstSeedOfFused = 1'000'000;
 
 struct ScanSample : Sample<ScanModel> {
-  std::string
-      noise;  ///< a word of tests/quality/noise_models.h, "none", "view" or "fused", these with "-white" or "-none"
+  std::string noise;  ///< a word of noise_models.h, "none", or "view" or "fused", perhaps with "-white" or "-none"
   std::array<double, OddsModel::kNumbers> numbers{};
 
   void read(std::istream& words) {
@@ -46,7 +45,7 @@ struct ScanSample : Sample<ScanModel> {
   }
 };
 
-/// Of a mesh that is too large to be tried as a whole, the patches that are.
+/// Measures the patches in place of a mesh that is too large to be tried as a whole.
 void print_measured(const TrainingModel& model, std::string_view kind, const Mesh& original, const Mesh& noisy) {
   if (noisy.positions.size() < kFewestOfScan) return;
   ThreadTeam team(1);
@@ -176,8 +175,8 @@ OddsModel fitted_odds(const std::vector<const ScanSample*>& samples, bool keeps)
   return model;
 }
 
-/// The pairs that the present table was fitted to: what it expects of them and, as their influences were penalised, a
-/// share of these add up to their losses. What they are called is forgotten, and each is a family of its own.
+/// The pairs that the present table was fitted to. The loss of each is what the table expects of it, plus the penalty
+/// times its influence. Names and families are not in the table: each counts as a family of its own.
 std::vector<ScanSample> known_samples() {
   const ScanModel& model = kFittedScanModel;
   std::vector<ScanSample> samples;

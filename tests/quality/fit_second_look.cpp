@@ -133,10 +133,11 @@ double SettingSample::angle_deg(std::size_t result, std::size_t other) const {
 void write_second_table(const std::vector<std::string>& files) {
   const auto samples = read_samples<SettingSample>(files);
   std::vector<SecondSample> seconds;
-  visit_left_out(samples, fitted_alone<SettingModel, SettingSample>,
-                 [&](const SettingSample& sample, const SettingModel& without) {
-                   seconds.push_back(second_sample(sample, without));
-                 });
+  visit_left_out(
+      samples, [](const auto& some) { return fitted<SettingModel>(some); },
+      [&](const SettingSample& sample, const SettingModel& without) {
+        seconds.push_back(second_sample(sample, without));
+      });
   const Fit<SecondLookModel> fit = fit_second(pointers_to(seconds));
   report_cost(seconds, fit.model);
   print_table_head("core/choice/second_look.h");

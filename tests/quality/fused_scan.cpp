@@ -128,7 +128,7 @@ class MarchingCubes {
     for (unsigned k = 0; k < 8; ++k) {
       corners[k] = {origin[0] + (k & 1U), origin[1] + (k >> 1U & 1U), origin[2] + (k >> 2U)};
       values[k] = grid_.values()[number(corners[k])];
-      if (!(values[k] == values[k])) return;
+      if (std::isnan(values[k])) return;
     }
     std::map<Index, Index> next;  // of the zeros, around the faces
     for (const auto& side : kSides) {

@@ -3,12 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
+#include "core/choice/first_sight.h"
 #include "core/measure/noise.h"
+#include "tests/quality/noise_models.h"
 #include "tests/support/meshes.h"
 
-namespace crease {
+namespace crease::quality {
 namespace {
 
 NoiseLevel level_of(const Mesh& mesh) {
@@ -16,20 +17,9 @@ NoiseLevel level_of(const Mesh& mesh) {
   return estimate_noise_level(Surface(mesh, topology), calling_thread());
 }
 
-/// Gaussian noise along the normals, on a tenth of the vertices.
-Mesh with_impulses(const Mesh& original, double level) {
-  Mesh noisy = add_noise(original, level, 1, NoiseKind::kNormal);
-  std::mt19937_64 random(1);
-  std::bernoulli_distribution is_moved(0.1);
-  for (std::size_t v = 0; v < noisy.positions.size(); ++v) {
-    if (!is_moved(random)) noisy.positions[v] = original.positions[v];
-  }
-  return noisy;
-}
-
 TEST(NoiseLevel, ImpulsesThatAreFewStandOutAlone) {
   for (const Mesh& original : {test::icosphere(5), test::cad_part(4).mesh}) {
-    const LoneImpulses impulses = level_of(with_impulses(original, 0.5)).impulses;
+    const LoneImpulses impulses = level_of(add_noise_of_kind(original, Noise::kSparse, 0.5, 1)).impulses;
     EXPECT_GT(impulses.share, 0.01);
     EXPECT_NEAR(impulses.rms, 0.5, 0.2);
   }
@@ -47,6 +37,17 @@ TEST(NoiseLevel, NeitherShapesNorGaussianNoiseHaveLoneImpulses) {
   }
 }
 
+TEST(NoiseLevel, OnlyImpulsesTellOfThemselves) {
+  const auto sight_of = [](const Mesh& mesh) {
+    const Topology topology = build_topology(mesh);
+    return look_at(Surface(mesh, topology), std::nullopt, std::nullopt, calling_thread());
+  };
+  EXPECT_TRUE(sight_of(add_noise_of_kind(test::icosphere(5), Noise::kSparse, 0.5, 1)).impulses_tell_sigma);
+  for (const Mesh& mesh : {test::cube(1), test::cube(8), test::grid(12, 12)}) {
+    EXPECT_FALSE(sight_of(mesh).impulses_tell_sigma);
+  }
+}
+
 TEST(NoiseLevel, IsotropicNoiseLooksGaussianWithinTheSurface) {
   const Mesh noisy = add_noise(test::icosphere(5), 0.3, 1, NoiseKind::kGaussian);
   const NoiseLevel level = level_of(noisy);
@@ -54,4 +55,4 @@ TEST(NoiseLevel, IsotropicNoiseLooksGaussianWithinTheSurface) {
 }
 
 }  // namespace
-}  // namespace crease
+}  // namespace crease::quality
