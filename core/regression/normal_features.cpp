@@ -175,7 +175,8 @@ class Gathering {
   void gather_reference(std::span<const float> reference) {
     Averages normals(normals_.size());
     for_each_face([&](std::size_t f) {
-      const auto n = unit_of(area_vector(mesh_, reference, f));
+      const Lanes& own = normals_[f].normals;
+      const auto n = reference.empty() ? std::array{own[4], own[5], own[6]} : vector_at(reference, f);
       normals[f].normals = Lanes{n[0], n[1], n[2]};
     });
     weigh(NormalFeatures::kReferenceWidth);
@@ -260,10 +261,19 @@ FaceFrame face_frame(const FlatMesh& mesh, std::span<const float> positions, std
   return frame_of(unit_of(area_vector(mesh, positions, face)));
 }
 
+FlatVectors face_normals(const FlatMesh& mesh, std::span<const float> positions, ThreadTeam& team) {
+  FlatVectors normals(3 * mesh.face_count);
+  for_each(mesh.face_count, team, [&](std::size_t f) {
+    const auto n = unit_of(area_vector(mesh, positions, f));
+    for (std::size_t axis = 0; axis < 3; ++axis) normals[axis * mesh.face_count + f] = n[axis];
+  });
+  return normals;
+}
+
 std::vector<NormalFeatures> normal_features(const FlatMesh& mesh, std::span<const float> positions,
                                             std::span<const float> reference, const DescentSight& sight,
                                             ThreadTeam& team) {
-  return Gathering(mesh, positions, team).gathered(reference.empty() ? positions : reference, sight);
+  return Gathering(mesh, positions, team).gathered(reference, sight);
 }
 
 }  // namespace crease

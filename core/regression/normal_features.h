@@ -47,10 +47,9 @@ struct DescentSight {
 };
 
 /// What the regression of normals sees of eight faces, one in each lane. Normals of the upload, of the result, and
-/// of the reference that the choice is made by, are averaged over ever wider neighbourhoods; joint bilateral weights
-/// [Petschnigg et al. 2004] keep the averages on their side of the ridges of the result. `x` and `y` are the parts of
-/// these averages within the plane of the face, in a frame that is arbitrary: what is learnt from them must not depend
-/// on it.
+/// of a reference are averaged over ever wider neighbourhoods; joint bilateral weights [Petschnigg et al. 2004] keep
+/// the averages on their side of the ridges of the result. `x` and `y` are the parts of these averages within the plane
+/// of the face, in a frame that is arbitrary: what is learnt from them must not depend on it.
 struct NormalFeatures {
   static constexpr std::size_t kFaces = kLaneCount;
 
@@ -87,8 +86,11 @@ struct FaceFrame {
 };
 FaceFrame face_frame(const FlatMesh& mesh, std::span<const float> positions, std::size_t face);
 
-/// Of all faces; lanes beyond the last face have no meaning. `reference` has the positions of another result, or is
-/// empty: then those of this one stand in for it. The same bits for any number of threads.
+/// Unit normals of all faces where the vertices are at `positions`; zero for faces without an area.
+FlatVectors face_normals(const FlatMesh& mesh, std::span<const float> positions, ThreadTeam& team);
+
+/// Of all faces; lanes beyond the last face have no meaning. `reference` has other unit normals of the faces, or is
+/// empty: then those of `positions` stand in for it. The same bits for any number of threads.
 std::vector<NormalFeatures> normal_features(const FlatMesh& mesh, std::span<const float> positions,
                                             std::span<const float> reference, const DescentSight& sight,
                                             ThreadTeam& team);

@@ -22,6 +22,7 @@ struct NormalNetwork {
   std::array<float, kFactors> third_bias;
 };
 
-extern const NormalNetwork kNormalNetwork;
+/// Of the passes (core/regression/passes.h), in order.
+extern const NormalNetwork kFirstNormalNetwork, kSecondNormalNetwork;
 
 }  // namespace crease

@@ -6,7 +6,6 @@
 
 #include "core/graduated/fast_math.h"
 #include "core/regression/layers.h"
-#include "core/regression/normal_network.h"
 
 namespace crease {
 namespace {
@@ -27,8 +26,7 @@ struct Seen {
   LaneArray<NormalFeatures::kScalars> scalars;
 };
 
-CREASE_LANES_INLINE Turns turns_of(const Seen& seen) {
-  const NormalNetwork& network = kNormalNetwork;
+CREASE_LANES_INLINE Turns turns_of(const NormalNetwork& network, const Seen& seen) {
   constexpr std::size_t kVectors = NormalFeatures::kVectors, kMixtures = NormalNetwork::kMixtures;
   LaneArray<kMixtures> x, y;
   apply(network.mixing, {}, seen.x, x);
@@ -56,7 +54,8 @@ CREASE_LANES_INLINE Turns turns_of(const Seen& seen) {
   return sum;
 }
 
-CREASE_WIDE_CLONES void find_turns(const NormalFeatures* blocks, Turns* turns, std::size_t count) {
+CREASE_WIDE_CLONES void find_turns(const NormalNetwork& network, const NormalFeatures* blocks, Turns* turns,
+                                   std::size_t count) {
   for (std::size_t b = 0; b < count; ++b) {
     Seen seen;
     for (std::size_t k = 0; k < NormalFeatures::kVectors; ++k) {
@@ -64,21 +63,22 @@ CREASE_WIDE_CLONES void find_turns(const NormalFeatures* blocks, Turns* turns, s
       seen.y[k] = blocks[b].y[k].load();
     }
     for (std::size_t k = 0; k < NormalFeatures::kScalars; ++k) seen.scalars[k] = blocks[b].scalars[k].load();
-    turns[b] = turns_of(seen);
+    turns[b] = turns_of(network, seen);
   }
 }
 
 }  // namespace
 
-FlatVectors regressed_normals(const FlatMesh& mesh, std::span<const float> positions, std::span<const float> reference,
-                              const DescentSight& sight, float amount, ThreadTeam& team) {
+FlatVectors regressed_normals(const NormalNetwork& network, const FlatMesh& mesh, std::span<const float> positions,
+                              std::span<const float> reference, const DescentSight& sight, float amount,
+                              ThreadTeam& team) {
   const std::size_t faces = mesh.face_count;
   const std::vector<NormalFeatures> features = normal_features(mesh, positions, reference, sight, team);
   std::vector<Turns> turns(features.size());
   FlatVectors normals(3 * faces);
   constexpr std::size_t kBlocksATime = 64;
   team.run(features.size(), kBlocksATime, [&](std::size_t begin, std::size_t end, std::size_t) {
-    find_turns(features.data() + begin, turns.data() + begin, end - begin);
+    find_turns(network, features.data() + begin, turns.data() + begin, end - begin);
     for (std::size_t f = kLanes * begin; f < std::min(faces, kLanes * end); ++f) {
       const FaceFrame frame = face_frame(mesh, positions, f);
       const Turns& turn = turns[f / kLanes];

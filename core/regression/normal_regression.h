@@ -5,6 +5,7 @@
 #include "core/base/thread_team.h"
 #include "core/graduated/flat_mesh.h"
 #include "core/regression/normal_features.h"
+#include "core/regression/normal_network.h"
 
 namespace crease {
 
@@ -13,7 +14,8 @@ namespace crease {
 /// as in cascaded normal regression [Wang et al. 2016], by a network that turns with the frame: it weighs the averages
 /// by factors that depend on their lengths alone. `reference` is as in normal_features. `amount`, 0 to 1, is how far
 /// normals go towards what it says. The same bits for any number of threads.
-FlatVectors regressed_normals(const FlatMesh& mesh, std::span<const float> positions, std::span<const float> reference,
-                              const DescentSight& sight, float amount, ThreadTeam& team);
+FlatVectors regressed_normals(const NormalNetwork& network, const FlatMesh& mesh, std::span<const float> positions,
+                              std::span<const float> reference, const DescentSight& sight, float amount,
+                              ThreadTeam& team);
 
 }  // namespace crease

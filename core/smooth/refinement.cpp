@@ -6,9 +6,8 @@
 
 #include "core/graduated/unmoved.h"
 #include "core/options/options.h"
-#include "core/regression/face_turning.h"
 #include "core/regression/label_regression.h"
-#include "core/regression/normal_regression.h"
+#include "core/regression/passes.h"
 
 namespace crease {
 namespace {
@@ -25,9 +24,8 @@ Refined refine(const FlatMesh& mesh, const ChoiceResult& chosen, const ChoiceRep
                std::span<const float> precisions, ThreadTeam& team) {
   const auto amount = static_cast<float>(std::max(0.0, 1 - std::abs(strength - 1)) * noisiness(report));
   if (!(amount > 0)) return {chosen.positions, {}};
-  FlatVectors normals = regressed_normals(mesh, chosen.positions, chosen.reference_positions,
-                                          sight_of(chosen.setting, report), amount, team);
-  FlatVectors positions = turned_towards(mesh, chosen.positions, normals, precisions, team);
+  auto [positions, normals] = turned_in_passes(mesh, chosen.positions, chosen.reference_positions,
+                                               sight_of(chosen.setting, report), amount, precisions, kPasses, team);
   if (report.impulsive && !report.varying && precisions.empty()) {
     positions = with_unmoved_put_back(mesh, positions, mesh.measured, amount, team);
   }

@@ -184,6 +184,9 @@ int main(int count, char** arguments) try {
   CLI::App* normals =
       add_measure("measure-normals", "Writes what the regression of normals sees of faces, for fit_normals.py");
   normals->add_option("--models", of.models, "Measure the models of these folders, too")->check(CLI::ExistingDirectory);
+  std::size_t pass = 0;
+  normals->add_option("--pass", pass, "The pass that finds them so")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, std::size_t>{{"first", 0}, {"second", 1}}));
   normals->add_option("--out", file, "File to write")->required();
   CLI::App* labels =
       add_measure("measure-labels", "Writes what the regression of labels sees of edges, for fit_labels.py");
@@ -199,7 +202,7 @@ int main(int count, char** arguments) try {
   if (clean->parsed()) measure_clean(of);
   if (clean_table->parsed()) write_clean_table(files);
   if (scans->parsed()) measure_scans(of);
-  if (normals->parsed()) measure_normals(of, file);
+  if (normals->parsed()) measure_normals(of, pass, file);
   if (labels->parsed()) measure_labels(of, file);
   if (scan_table->parsed()) write_scan_table(files, keeps);
 } catch (const std::exception& error) {

@@ -1,6 +1,6 @@
-"""Fits the network of normals of core/regression: fit_normals.py FILES > core/regression/normal_network.cpp
+"""Fits a network of normals: fit_normals.py --pass first FILES > core/regression/first_normal_network.cpp
 
-FILES are those of `fit_choice measure-normals`. With --from NETWORK, a file that this wrote, the fit goes on from there,
+FILES are those of `fit_choice measure-normals`, of the same pass, first or second. With --from NETWORK, a file that this wrote, the fit goes on from there,
 more gently. Needs PyTorch (python3-torch). Shares of the error that is left go to stderr.
 """
 
@@ -102,6 +102,7 @@ def print_weights(network):
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--from", dest="start", metavar="NETWORK", type=read_numbers)
+    parser.add_argument("--pass", dest="word", required=True, choices=["first", "second"])
     parser.add_argument("files", nargs="+")
     arguments = parser.parse_args()
-    print_network("normal", fitted(*read(arguments.files), arguments.start), print_weights)
+    print_network("normal", fitted(*read(arguments.files), arguments.start), print_weights, arguments.word)

@@ -14,6 +14,7 @@
 #include "core/regression/face_turning.h"
 #include "core/regression/label_regression.h"
 #include "core/regression/normal_regression.h"
+#include "core/regression/passes.h"
 #include "tests/support/meshes.h"
 
 namespace crease {
@@ -31,7 +32,7 @@ Vec3 vector_of(std::span<const float> flat, std::size_t i) {
 /// What the regression says of a noisy mesh whose result is a quieter one.
 FlatVectors normals_of(const FlatMesh& noisy, const FlatMesh& quieter, std::uint32_t threads = 1, float amount = 1) {
   ThreadTeam team(threads);
-  return regressed_normals(noisy, quieter.measured, {}, kSight, amount, team);
+  return regressed_normals(kFirstNormalNetwork, noisy, quieter.measured, {}, kSight, amount, team);
 }
 
 struct NoisyPart {
@@ -106,10 +107,48 @@ TEST(NormalRegression, SeesTheReferenceAndWithoutOneTheResultInItsPlace) {
   const FlatMesh mesh = flat(noisy), result = flat(quieter), another = flat(test::cad_part(6).mesh);
   ThreadTeam alone(1);
   const auto normals_with = [&](std::span<const float> reference) {
-    return regressed_normals(mesh, result.measured, reference, kSight, 1, alone);
+    return regressed_normals(kFirstNormalNetwork, mesh, result.measured, reference, kSight, 1, alone);
   };
-  EXPECT_EQ(normals_with(result.measured), normals_with({}));
-  EXPECT_NE(normals_with(another.measured), normals_with({}));
+  EXPECT_EQ(normals_with(face_normals(mesh, result.measured, alone)), normals_with({}));
+  EXPECT_NE(normals_with(face_normals(mesh, another.measured, alone)), normals_with({}));
+}
+
+Turned turned_by(std::size_t passes, const Mesh& noisy, const Mesh& quieter, std::uint32_t threads = 1) {
+  ThreadTeam team(threads);
+  return turned_in_passes(flat(noisy), flat(quieter).measured, {}, kSight, 1, {}, passes, team);
+}
+
+TEST(Passes, TurnAndMirrorWithTheMesh) {
+  const auto [noisy, quieter] = noisy_part();
+  const Turned before = turned_by(kPasses, noisy, quieter);
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(2, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  for (const double side : {1.0, -1.0}) {
+    const Eigen::Matrix3d matrix = turn * Vec3(1, 1, side).asDiagonal();
+    const Turned after = turned_by(kPasses, transformed(noisy, matrix), transformed(quieter, matrix));
+    for (std::size_t f = 0; f < noisy.triangles.size(); ++f) {
+      EXPECT_NEAR((matrix * vector_of(before.normals, f) - vector_of(after.normals, f)).norm(), 0, 1e-2) << f;
+    }
+  }
+}
+
+TEST(Passes, AreTheSameForAnyNumberOfThreads) {
+  const auto [noisy, quieter] = noisy_part();
+  const Turned one = turned_by(kPasses, noisy, quieter, 1), three = turned_by(kPasses, noisy, quieter, 3);
+  EXPECT_EQ(one.positions, three.positions);
+  EXPECT_EQ(one.normals, three.normals);
+}
+
+TEST(Passes, BeginWithThePositionsAndTheNormalsOfTheReference) {
+  const auto [noisy, quieter] = noisy_part();
+  const FlatMesh mesh = flat(noisy), result = flat(quieter);
+  ThreadTeam alone(1);
+  const auto after_none = [&](std::span<const float> reference) {
+    return turned_in_passes(mesh, result.measured, reference, kSight, 1, {}, 0, alone);
+  };
+  EXPECT_EQ(after_none(mesh.measured).positions, result.measured);
+  EXPECT_EQ(after_none(mesh.measured).normals, face_normals(mesh, mesh.measured, alone));
+  EXPECT_TRUE(after_none({}).normals.empty());
+  EXPECT_EQ(turned_by(1, noisy, quieter).normals, normals_of(mesh, result));
 }
 
 /// The weight between two faces that lie on each other was once not a number, and spread.
