@@ -13,6 +13,7 @@
 #include "core/choice/patches.h"
 #include "core/choice/ranking.h"
 #include "core/choice/second_look.h"
+#include "core/choice/weight.h"
 
 namespace crease {
 namespace {
@@ -43,8 +44,10 @@ class Choice {
     }
     report_noise();
     ChoiceResult result{.setting = chosen, .positions = {}, .reference_positions = {}, .risk = {}};
+    const double factor = clean_ ? 1 : weight_factor(features_);
+    report_.weight *= factor;
     Setting final = chosen;
-    final.weight /= options_.strength * options_.strength;
+    final.weight *= factor / (options_.strength * options_.strength);
     GraduatedResult solution = solved(final, false);
     if (options_.wants_risk) result.risk = risk_of(final, solution);
     result.positions = std::move(solution.positions);

@@ -38,7 +38,7 @@ struct SolveRequest {
 using Solve = std::function<GraduatedResult(const SolveRequest&)>;
 
 struct ChoiceResult {
-  Setting setting;                  ///< that was chosen; the strength is not in its weight
+  Setting setting;                  ///< that was chosen, with its own weight (see core/choice/weight.h)
   FlatVectors positions;            ///< of the whole mesh
   FlatVectors reference_positions;  ///< by the reference, which does not merge ridges; none for scans and large meshes
   /// Expected squared error of the positions along the normals, in noise variances; if it is wanted, and known.

@@ -18,7 +18,7 @@ constexpr std::array<std::string_view, 3> words_of(NoiseDirection) { return {"no
 /// A setting that was considered.
 struct CandidateReport {
   std::string family;
-  double weight = 0;
+  double weight = 0;          ///< its own; the chosen one may be solved with another
   double expected_error = 1;  ///< of the normals, over that of the chosen one
 };
 
@@ -34,7 +34,7 @@ struct ChoiceReport {
   double correlation_length = 0;  ///< in edges; 0 for noise that is independent from vertex to vertex
   std::size_t spikes = 0;         ///< vertices that were flattened before anything was estimated
   std::string family;
-  double weight = 0;
+  double weight = 0;  ///< of the likelihood, in units of one over the noise variance; strength 1
   double margin =
       0;  ///< by how much the error is expected to be larger with the best setting for another kind of surface
   std::vector<CandidateReport> candidates;

@@ -11,6 +11,7 @@
 #include "core/choice/expected_error.h"
 #include "core/choice/features.h"
 #include "core/choice/second_look.h"
+#include "core/choice/weight.h"
 #include "core/measure/measure.h"
 #include "core/regression/passes.h"
 #include "core/smooth/smooth.h"
@@ -75,6 +76,52 @@ TEST(Clean, PartsWithNoiseAreNot) {
       EXPECT_FALSE(is_taken_for_clean(Work(recipe(model, noise, 0.1)))) << model << " " << word_of(noise);
     }
   }
+}
+
+TEST(Weight, ExpectsErrorsAlongALineThatEndsFarAway) {
+  WeightModel model;
+  model.deviations.fill(2);
+  model.means.fill(1);
+  model.mean_errors = {0.1, 0.2, 0, 0, 0};
+  model.slopes[3] = {0.5, 0, 0, 0, -1};
+  Features features{};
+  features.fill(1);
+  EXPECT_EQ(model.expected(features), model.mean_errors);
+  features[3] = 5;  // two deviations
+  EXPECT_EQ(model.expected(features), (WeightModel::Errors{1.1, 0.2, 0, 0, -2}));
+  features[3] = 1e9;  // three
+  EXPECT_EQ(model.expected(features), (WeightModel::Errors{1.6, 0.2, 0, 0, -3}));
+}
+
+TEST(Weight, AnotherFactorMustBeWorthIt) {
+  EXPECT_EQ(best_factor({0.1, 0, 0, 0, 0.1}), kOwnWeight);
+  EXPECT_EQ(best_factor({0.1, -0.004, 0, -0.001, 0.1}), kOwnWeight);
+  EXPECT_EQ(best_factor({0.1, -0.01, 0, -0.02, 0.1}), 3U);
+  EXPECT_EQ(best_factor({-0.3, -0.01, 0, -0.02, 0.1}), 0U);
+}
+
+TEST(Weight, IsThatOfTheSettingTimesAFactorAndStandsInTheReport) {
+  std::size_t with_another = 0;
+  for (const std::string model : {"stepped_block", "cut_box_open", "bullet", "elbow"}) {
+    const Work work(recipe(model, Noise::kNormal, 0.3));
+    for (const double strength : {1.0, 2.0}) {
+      ChoiceReport report;
+      GraduatedOptions last;
+      const Solve watched = [&](const SolveRequest& request) {
+        if (request.final) last = request.options;
+        return solved(request);
+      };
+      ChoiceOptions options;
+      options.strength = strength;
+      const ChoiceResult chosen =
+          choose_and_solve(work.surface, work.mesh, {}, options, watched, report, calling_thread());
+      EXPECT_FLOAT_EQ(last.weight, static_cast<float>(report.weight / (strength * strength))) << model;
+      const double factor = report.weight / chosen.setting.weight;
+      EXPECT_TRUE(std::ranges::any_of(kWeightFactors, [&](double one) { return std::abs(one - factor) < 1e-9; }));
+      with_another += std::abs(factor - 1) > 1e-9 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(with_another, 0U);
 }
 
 TEST(SecondLook, IsFiniteForWhateverFeatures) {

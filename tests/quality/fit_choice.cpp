@@ -17,6 +17,7 @@
 #include "tests/quality/fit_regressions.h"
 #include "tests/quality/fit_scans.h"
 #include "tests/quality/fit_second_look.h"
+#include "tests/quality/fit_weights.h"
 #include "tests/quality/pairs.h"
 
 namespace crease::quality {
@@ -180,6 +181,9 @@ int main(int count, char** arguments) try {
       add_table("scan-table", "Prints core/choice/scan_error_table.h, and the cost of the choice to stderr");
   bool keeps = false;
   scan_table->add_flag("--keep", keeps, "Fit to the pairs of the present table, too");
+  CLI::App* weights = add_measure("measure-weights", "Prints features and errors of weights of the chosen setting");
+  weights->add_option("--models", of.models, "Measure the models of these folders, too")->check(CLI::ExistingDirectory);
+  CLI::App* weight_table = add_table("weight-table", "Prints core/choice/weight_table.h, and its gain to stderr");
   std::string file;
   CLI::App* normals =
       add_measure("measure-normals", "Writes what the regression of normals sees of faces, for fit_normals.py");
@@ -202,6 +206,8 @@ int main(int count, char** arguments) try {
   if (clean->parsed()) measure_clean(of);
   if (clean_table->parsed()) write_clean_table(files);
   if (scans->parsed()) measure_scans(of);
+  if (weights->parsed()) measure_weights(of);
+  if (weight_table->parsed()) write_weight_table(files);
   if (normals->parsed()) measure_normals(of, pass, file);
   if (labels->parsed()) measure_labels(of, file);
   if (scan_table->parsed()) write_scan_table(files, keeps);
