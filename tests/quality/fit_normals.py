@@ -1,7 +1,8 @@
 """Fits a network of normals: fit_normals.py --pass first FILES > core/regression/first_normal_network.cpp
 
-FILES are those of `fit_choice measure-normals`, of the same pass, first or second. With --from NETWORK, a file that this wrote, the fit goes on from there,
-more gently. Needs PyTorch (python3-torch). Shares of the error that is left go to stderr.
+FILES are those of `fit_choice measure-normals`, of the same pass, first or second. With --from NETWORK, a file that
+this wrote, the fit goes on from there, more gently. Needs PyTorch (python3-torch). Shares of the error that is left go to
+stderr.
 """
 
 import argparse
@@ -43,7 +44,8 @@ class Network(nn.Module):
 
     def take(self, numbers):
         """What print_weights wrote."""
-        matrices = [self.mixing.weight] + [part for i in (0, 2, 4) for part in (self.layers[i].weight, self.layers[i].bias)]
+        layers = [part for i in (0, 2, 4) for part in (self.layers[i].weight, self.layers[i].bias)]
+        matrices = [self.mixing.weight] + layers
         assert len(numbers) == sum(matrix.numel() for matrix in matrices), "of another network"
         with torch.no_grad():
             for matrix in matrices:

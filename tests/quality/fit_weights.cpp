@@ -49,7 +49,7 @@ void print_measured(const Mesh& original, const Mesh& noisy, const std::string& 
   std::vector<double> errors;
   for (const double factor : kWeightFactors) {
     GraduatedOptions options = last;
-    options.weight *= static_cast<float>(factor);
+    options.weight = static_cast<float>(chosen.setting.weight * factor);
     const GraduatedResult result = solve({mesh, mesh.measured, options, precisions, {}, true});
     const Turned turned = turned_in_passes(mesh, result.positions, chosen.reference_positions,
                                            sight_of(chosen.setting, report), 1, {}, kPasses, team);

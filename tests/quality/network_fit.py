@@ -63,7 +63,7 @@ def print_layer(weight, bias):
 
 @torch.no_grad()
 def print_network(word, network, print_weights, which=""):
-    """The source of core/regression/{which}_{word}_network.cpp."""
+    """The source of core/regression/{word}_network.cpp, or {which}_{word}_network.cpp."""
     kind = f"{word.capitalize()}Network"
     print(f'#include "core/regression/{word}_network.h"\n\nnamespace crease {{\n')
     print(f"// Written by tests/quality/fit_{word}s.py.\n// clang-format off\n")
