@@ -19,7 +19,6 @@ namespace crease {
 namespace {
 
 constexpr std::size_t kMostFacesForReference = 60'000;  ///< that are worth another solve for the regressions' sake
-constexpr double kFacesOfSeconds = 250'000;             ///< a larger mesh takes seconds, and gets less work
 constexpr double kFacesInTime = 13'000;  ///< a mesh of so many is done before anybody waits; smaller ones get more work
 
 class Choice {
@@ -126,7 +125,9 @@ class Choice {
   static double more_steps(double faces) { return std::clamp(kFacesInTime / faces, 1.0, 2.0); }
 
   /// The same for a mesh that takes seconds.
-  static double fewer_steps(double faces) { return std::clamp(std::pow(kFacesOfSeconds / faces, 0.25), 0.7, 1.0); }
+  static double fewer_steps(double faces) {
+    return std::clamp(std::pow(static_cast<double>(kFacesOfSeconds) / faces, 0.25), 0.7, 1.0);
+  }
 
   GraduatedResult solved(const Setting& setting, bool trial) const {
     GraduatedOptions options = evidence_.sight.options(setting, evidence_.variance, trial);

@@ -13,11 +13,17 @@ namespace crease {
 /// the nearest pairs more closely.
 enum class Kernel { kGaussian, kExponential };
 
-/// Kernel ridge regression of the errors of some methods on features of an upload. Features are standardised and cut
-/// off at kFarthest deviations. What resembles no landmark has the mean errors of the training pairs.
+/// A number less its mean, in deviations, no further than three of them: what the models read.
+inline double standardised(double number, double mean, double deviation) {
+  constexpr double kFarthest = 3;
+  return std::clamp((number - mean) / deviation, -kFarthest, kFarthest);
+}
+
+/// Kernel ridge regression of the errors of some methods on features of an upload, which are standardised. What
+/// resembles no landmark has the mean errors of the training pairs.
 template <std::size_t kFeatureCount, std::size_t kMethods, Kernel kKernel>
 struct ErrorModel {
-  static constexpr double kFarthest = 3, kStepsPerDeviation = 40;
+  static constexpr double kStepsPerDeviation = 40;
   using Features = std::array<double, kFeatureCount>;
   using Description = std::array<std::int8_t, kFeatureCount>;  ///< standardised, in 1 / kStepsPerDeviation
   using Errors = std::array<double, kMethods>;
@@ -32,10 +38,10 @@ struct ErrorModel {
   Errors mean_errors{};
   std::span<const Landmark> landmarks;
 
-  Description standardised(const Features& features) const {
+  Description described(const Features& features) const {
     Description steps{};
     for (std::size_t k = 0; k < kFeatureCount; ++k) {
-      const double deviation = std::clamp((features[k] - means[k]) / deviations[k], -kFarthest, kFarthest);
+      const double deviation = standardised(features[k], means[k], deviations[k]);
       steps[k] = static_cast<std::int8_t>(std::lround(deviation * kStepsPerDeviation));
     }
     return steps;
@@ -52,7 +58,7 @@ struct ErrorModel {
 
   /// How much alike the most similar training pair is, from 0 to 1.
   double familiarity(const Features& features) const {
-    const Description description = standardised(features);
+    const Description description = described(features);
     double most = 0;
     for (const Landmark& landmark : landmarks) most = std::max(most, likeness(description, landmark.features));
     return most;
@@ -60,7 +66,7 @@ struct ErrorModel {
 
   /// Per method.
   Errors expected(const Features& features) const {
-    const Description description = standardised(features);
+    const Description description = described(features);
     Errors errors = mean_errors;
     for (const Landmark& landmark : landmarks) {
       const double alike = likeness(description, landmark.features);

@@ -23,8 +23,7 @@ struct Evidence {
 };
 
 /// Solves the reference on `mesh` until it agrees with its own estimate of the noise. `precisions` per vertex, empty
-/// for
-/// 1. With `leave_out_border`, vertices at borders do not count.
+/// for 1. With `leave_out_border`, vertices at borders do not count.
 Evidence gather_evidence(const FlatMesh& mesh, const FirstSight& sight, std::span<const float> precisions,
                          const ChoiceOptions& options, const Solve& solve, bool leave_out_border);
 

@@ -61,10 +61,9 @@ std::array<double, OddsModel::kNumbers> OddsModel::numbers_of(const NoiseSpectru
 }
 
 std::array<double, 2 * OddsModel::kNumbers + 1> OddsModel::terms_of(const std::array<double, kNumbers>& numbers) const {
-  constexpr double kFarthest = 3;
   std::array<double, 2 * kNumbers + 1> terms{};
   for (std::size_t k = 0; k < kNumbers; ++k) {
-    terms[k] = std::clamp((numbers[k] - means[k]) / deviations[k], -kFarthest, kFarthest);
+    terms[k] = standardised(numbers[k], means[k], deviations[k]);
     terms[kNumbers + k] = terms[k] * terms[k];
   }
   terms.back() = 1;

@@ -82,7 +82,7 @@ double SecondLookModel::along_slopes(const Description& description) const {
 }
 
 double SecondLookModel::expected_error(const Features& features) const {
-  return along_slopes(standardised(features)) + expected(features)[0];
+  return along_slopes(described(features)) + expected(features)[0];
 }
 
 std::vector<SecondFeatures> second_features(const Features& first, std::span<const TriedSetting> tried) {

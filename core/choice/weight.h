@@ -12,9 +12,8 @@ inline constexpr std::size_t kOwnWeight = 2;
 static_assert(kWeightFactors[kOwnWeight] == 1);
 
 /// A line through the logarithms of the errors that a result with each of kWeightFactors has after the regressions,
-/// over the error with the setting's own weight. Features are standardised and cut off at kFarthest deviations.
+/// over the error with the setting's own weight. Features are standardised.
 struct WeightModel {
-  static constexpr double kFarthest = 3;
   using Features = crease::Features;
   using Errors = std::array<double, kWeightFactors.size()>;
 
@@ -22,7 +21,6 @@ struct WeightModel {
   Errors mean_errors{};
   std::array<Errors, kFeatures> slopes{};  ///< per standard deviation
 
-  Features standardised(const Features& features) const;
   Errors expected(const Features& features) const;
 };
 

@@ -119,17 +119,14 @@ void GraduatedDescent::begin_stage(int stage) {
 /// Area vectors of the faces, and their sums around vertices.
 void GraduatedDescent::update_normals() {
   const std::size_t faces = mesh_.face_count, count = mesh_.vertex_count;
-  for_each(faces, team_, [&](std::size_t f) {
-    const auto area = area_vector(mesh_, positions_, f);
-    for (std::size_t axis = 0; axis < 3; ++axis) area_vectors_[axis * faces + f] = area[axis];
-  });
+  for_each(faces, team_, [&](std::size_t f) { set_vector(area_vectors_, f, area_vector(mesh_, positions_, f)); });
   for_each(count, team_, [&](std::size_t v) {
     std::array<float, 3> sum{};
     for (const Index place : mesh_.vertex_corners[v]) {
       const auto normal = vector_at(area_vectors_, place / 3);
       for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += normal[axis];
     }
-    for (std::size_t axis = 0; axis < 3; ++axis) energy_.vertex_normals[axis * count + v] = sum[axis];
+    set_vector(energy_.vertex_normals, v, sum);
   });
 }
 

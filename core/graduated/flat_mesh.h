@@ -67,6 +67,11 @@ inline std::array<float, 3> vector_at(std::span<const float> flat, std::size_t i
   return {flat[i], flat[count + i], flat[2 * count + i]};
 }
 
+inline void set_vector(FlatVectors& flat, std::size_t i, const std::array<float, 3>& vector) {
+  const std::size_t count = flat.size() / 3;
+  for (std::size_t axis = 0; axis < 3; ++axis) flat[axis * count + i] = vector[axis];
+}
+
 /// Sets vector number `i` of those in blocks of eight.
 inline void set_vector(std::vector<LaneVectors>& blocks, std::size_t i, const std::array<float, 3>& vector) {
   LaneVectors& block = blocks[i / kLaneCount];

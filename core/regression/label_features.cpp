@@ -18,18 +18,12 @@ HalfLanes unit_of(const HalfLanes& row) {
   return square > 0 ? row / std::sqrt(square) : HalfLanes{};
 }
 
-using Normals = std::vector<LaneRow>;
-
-Normals normals_of(const FlatMesh& mesh, std::span<const float> positions, ThreadTeam& team) {
-  Normals normals(mesh.face_count);
+std::vector<float> turns_of(const FlatMesh& mesh, std::span<const float> unit_normals, ThreadTeam& team) {
+  std::vector<LaneRow> normals(mesh.face_count);
   for_each(mesh.face_count, team, [&](std::size_t f) {
-    const auto [x, y, z] = area_vector(mesh, positions, f);
-    normals[f].row = unit_of(HalfLanes{x, y, z, 0});
+    const auto [x, y, z] = vector_at(unit_normals, f);
+    normals[f].row = HalfLanes{x, y, z, 0};
   });
-  return normals;
-}
-
-std::vector<float> turns_of(const FlatMesh& mesh, const Normals& normals, ThreadTeam& team) {
   std::vector<float> turns(mesh.edge_count);
   for_each(mesh.edge_count, team, [&](std::size_t e) {
     const auto normal = [&](std::size_t side) {
@@ -45,20 +39,11 @@ std::vector<float> turns_of(const FlatMesh& mesh, const Normals& normals, Thread
 LabelFeatures::LabelFeatures(const FlatMesh& mesh, std::span<const float> positions, std::span<const float> reference,
                              std::span<const float> normals, const DescentSight& sight, ThreadTeam& team)
     : mesh_(mesh), along_(mesh.edge_count), lengths_(mesh.edge_count), sight_(sight.features()) {
-  turns_[kOfResult] = turns_of(mesh, normals_of(mesh, positions, team), team);
-  turns_[kOfUpload] = turns_of(mesh, normals_of(mesh, mesh.measured, team), team);
+  turns_[kOfResult] = turns_of(mesh, face_normals(mesh, positions, team), team);
+  turns_[kOfUpload] = turns_of(mesh, face_normals(mesh, mesh.measured, team), team);
   turns_[kOfReference] =
-      reference.empty() ? turns_[kOfResult] : turns_of(mesh, normals_of(mesh, reference, team), team);
-  if (normals.empty()) {
-    turns_[kOfWanted] = turns_[kOfResult];
-  } else {
-    Normals wanted(mesh.face_count);
-    for_each(mesh.face_count, team, [&](std::size_t f) {
-      const auto [x, y, z] = vector_at(normals, f);
-      wanted[f].row = HalfLanes{x, y, z, 0};
-    });
-    turns_[kOfWanted] = turns_of(mesh, wanted, team);
-  }
+      reference.empty() ? turns_[kOfResult] : turns_of(mesh, face_normals(mesh, reference, team), team);
+  turns_[kOfWanted] = normals.empty() ? turns_[kOfResult] : turns_of(mesh, normals, team);
   for_each(mesh.edge_count, team, [&](std::size_t e) {
     const auto end = [&](std::size_t side) {
       const auto [x, y, z] = vector_at(positions, static_cast<std::size_t>(mesh.edge_ends[side][e]));

@@ -6,8 +6,8 @@
 namespace crease {
 namespace {
 
-/// The network was fitted to results of the first pass. With the second one fewer edges are ridges where it says the
-/// same.
+/// Of the odds' logarithm. The network was fitted to results of the first pass; among edges of the second pass that
+/// look the same to it fewer are ridges.
 constexpr float kShift = -0.2F;
 constexpr float kSurest = 30;  ///< logarithm of the odds; far within what fast_exp takes
 

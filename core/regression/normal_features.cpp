@@ -263,10 +263,8 @@ FaceFrame face_frame(const FlatMesh& mesh, std::span<const float> positions, std
 
 FlatVectors face_normals(const FlatMesh& mesh, std::span<const float> positions, ThreadTeam& team) {
   FlatVectors normals(3 * mesh.face_count);
-  for_each(mesh.face_count, team, [&](std::size_t f) {
-    const auto n = unit_of(area_vector(mesh, positions, f));
-    for (std::size_t axis = 0; axis < 3; ++axis) normals[axis * mesh.face_count + f] = n[axis];
-  });
+  for_each(mesh.face_count, team,
+           [&](std::size_t f) { set_vector(normals, f, unit_of(area_vector(mesh, positions, f))); });
   return normals;
 }
 

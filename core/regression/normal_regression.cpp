@@ -92,7 +92,8 @@ FlatVectors regressed_normals(const NormalNetwork& network, const FlatMesh& mesh
       }
       const bool has_normal = frame.normal != std::array<float, 3>{} && std::isfinite(squares);
       const float inverse = has_normal ? 1 / std::sqrt(squares) : 0;
-      for (std::size_t axis = 0; axis < 3; ++axis) normals[axis * faces + f] = has_normal ? n[axis] * inverse : 0;
+      for (float& part : n) part = has_normal ? part * inverse : 0;
+      set_vector(normals, f, n);
     }
   });
   return normals;

@@ -12,9 +12,6 @@
 namespace crease {
 namespace {
 
-/// A larger mesh takes seconds, and gets the first pass only.
-constexpr std::size_t kMostFacesForAllPasses = 250'000;
-
 /// How far noise is above what counts as none.
 double noisiness(const ChoiceReport& report) {
   constexpr double kNoNoise = 0.005, kLittleNoise = 0.015;  // in ℓ
@@ -27,7 +24,7 @@ Refined refine(const FlatMesh& mesh, const ChoiceResult& chosen, const ChoiceRep
                std::span<const float> precisions, ThreadTeam& team) {
   const auto amount = static_cast<float>(std::max(0.0, 1 - std::abs(strength - 1)) * noisiness(report));
   if (!(amount > 0)) return {chosen.positions, {}};
-  const std::size_t passes = mesh.face_count <= kMostFacesForAllPasses ? kPasses : 1;
+  const std::size_t passes = mesh.face_count <= kFacesOfSeconds ? kPasses : 1;
   auto [positions, normals] = turned_in_passes(mesh, chosen.positions, chosen.reference_positions,
                                                sight_of(chosen.setting, report), amount, precisions, passes, team);
   if (report.impulsive && !report.varying && precisions.empty()) {

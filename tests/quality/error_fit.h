@@ -115,7 +115,7 @@ void set_landmarks(Fit<Model>& fit, const std::vector<const AnySample*>& samples
   const auto count = static_cast<Eigen::Index>(samples.size());
   Eigen::MatrixXd alike(count, count);
   for (Eigen::Index s = 0; s < count; ++s) {
-    fit.landmarks.push_back({fit.model.standardised(samples[static_cast<std::size_t>(s)]->features), {}});
+    fit.landmarks.push_back({fit.model.described(samples[static_cast<std::size_t>(s)]->features), {}});
     for (Eigen::Index other = 0; other <= s; ++other) {
       alike(s, other) =
           Model::likeness(fit.landmarks.back().features, fit.landmarks[static_cast<std::size_t>(other)].features);
@@ -128,6 +128,13 @@ void set_landmarks(Fit<Model>& fit, const std::vector<const AnySample*>& samples
     for (std::size_t i = 0; i < row.size(); ++i) row[i] = influence(s, static_cast<Eigen::Index>(i));
   }
   fit.model.landmarks = fit.landmarks;
+}
+
+/// Slopes of a ridge regression, a column for each of the errors. `inputs` and `errors` have a row per sample.
+inline Eigen::MatrixXd ridge_slopes(const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& errors) {
+  constexpr double kPenalty = 100;
+  const Eigen::MatrixXd penalty = kPenalty * Eigen::MatrixXd::Identity(inputs.cols(), inputs.cols());
+  return (inputs.transpose() * inputs + penalty).llt().solve(inputs.transpose() * errors);
 }
 
 /// What large influences cost.

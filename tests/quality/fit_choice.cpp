@@ -10,14 +10,13 @@
 #include <numeric>
 #include <span>
 
-#include "core/choice/evidence.h"
-#include "core/choice/patches.h"
 #include "tests/quality/error_fit.h"
 #include "tests/quality/fit_clean.h"
 #include "tests/quality/fit_regressions.h"
 #include "tests/quality/fit_scans.h"
 #include "tests/quality/fit_second_look.h"
 #include "tests/quality/fit_weights.h"
+#include "tests/quality/known_upload.h"
 #include "tests/quality/pairs.h"
 
 namespace crease::quality {
@@ -29,17 +28,16 @@ constexpr std::size_t kFewestVertices = 100;
 SettingSample measured(const Pair& pair, const std::string& family) {
   const Topology topology = build_topology(pair.noisy);
   const Surface surface(pair.noisy, topology);
-  const std::optional<TrialPatches> trial = cut_for_trials(surface, {});
-  const FlatMesh mesh = trial ? trial->mesh : FlatMesh(surface);
-  const Mesh original = trial ? part_of(pair.original, trial->patches) : pair.original;
   ThreadTeam team(1);
   const Solve solve = solve_with(team);
-  const FirstSight sight = look_at(surface, std::nullopt, std::nullopt, team);
-  const Evidence evidence = gather_evidence(mesh, sight, {}, {}, solve, trial.has_value());
+  const KnownUpload known(surface, look_at(surface, std::nullopt, std::nullopt, team), solve);
+  const FlatMesh& mesh = known.mesh;
+  const Evidence& evidence = known.evidence;
+  const Mesh original = known.trial ? part_of(pair.original, known.trial->patches) : pair.original;
   SettingSample sample;
   sample.pair = pair.name;
   sample.family = family;
-  sample.features = features_of(mesh, evidence, evidence.reference);
+  sample.features = known.features;
   std::vector<FlatVectors> normals{evidence.reference.result.vertex_normals};
   for (std::size_t i = 0; i < kSettings.size(); ++i) {
     const GraduatedOptions options = evidence.sight.options(kSettings[i], evidence.variance, false);
@@ -144,8 +142,7 @@ int main(int count, char** arguments) try {
   using namespace crease::quality;
   CLI::App app{
       "Fits the automatic choice: solves every setting, or every weight for scans, on the training pairs, and "
-      "regresses "
-      "their errors"};
+      "regresses their errors"};
   app.require_subcommand(1);
   Part of;
   std::vector<std::string> files;
@@ -153,6 +150,12 @@ int main(int count, char** arguments) try {
     CLI::App* measure = app.add_subcommand(name, what);
     measure->add_option("--part", of.part, "Number of the part, from 0");
     measure->add_option("--parts", of.parts, "Take every so manieth pair or model")->check(CLI::PositiveNumber);
+    return measure;
+  };
+  const auto add_measure_of_models = [&](const char* name, const char* what) {
+    CLI::App* measure = add_measure(name, what);
+    measure->add_option("--models", of.models, "Measure the models of these folders, too")
+        ->check(CLI::ExistingDirectory);
     return measure;
   };
   const auto add_table = [&](const char* name, const char* what) {
@@ -169,32 +172,29 @@ int main(int count, char** arguments) try {
   CLI::App* second_table =
       add_table("second-table", "Prints core/choice/second_look_table.h, and the cost of the choice to stderr");
   CLI::App* clean =
-      add_measure("measure-clean", "Prints features of meshes without noise and with little, a line each");
-  clean->add_option("--models", of.models, "Measure the models of these folders, too")->check(CLI::ExistingDirectory);
+      add_measure_of_models("measure-clean", "Prints features of meshes without noise and with little, a line each");
   CLI::App* clean_table =
       add_table("clean-table", "Prints core/choice/clean_table.h, and what is taken for clean to stderr");
-  CLI::App* scans = add_measure("measure-scans", "Prints features and errors of weights for scans, a pair per line");
-  scans->add_option("--models", of.models, "Measure the models of these folders, too")->check(CLI::ExistingDirectory);
+  CLI::App* scans =
+      add_measure_of_models("measure-scans", "Prints features and errors of weights for scans, a pair per line");
   scans->add_option("--kind", of.kind, "Measure scans of this kind only")
       ->check(CLI::IsMember({"views", "fused", "whole"}));
   CLI::App* scan_table =
       add_table("scan-table", "Prints core/choice/scan_error_table.h, and the cost of the choice to stderr");
   bool keeps = false;
   scan_table->add_flag("--keep", keeps, "Fit to the pairs of the present table, too");
-  CLI::App* weights = add_measure("measure-weights", "Prints features and errors of weights of the chosen setting");
-  weights->add_option("--models", of.models, "Measure the models of these folders, too")->check(CLI::ExistingDirectory);
+  CLI::App* weights =
+      add_measure_of_models("measure-weights", "Prints features and errors of weights of the chosen setting");
   CLI::App* weight_table = add_table("weight-table", "Prints core/choice/weight_table.h, and its gain to stderr");
   std::string file;
-  CLI::App* normals =
-      add_measure("measure-normals", "Writes what the regression of normals sees of faces, for fit_normals.py");
-  normals->add_option("--models", of.models, "Measure the models of these folders, too")->check(CLI::ExistingDirectory);
+  CLI::App* normals = add_measure_of_models("measure-normals",
+                                            "Writes what the regression of normals sees of faces, for fit_normals.py");
   std::size_t pass = 0;
   normals->add_option("--pass", pass, "The pass that finds them so")
       ->transform(CLI::CheckedTransformer(std::map<std::string, std::size_t>{{"first", 0}, {"second", 1}}));
   normals->add_option("--out", file, "File to write")->required();
   CLI::App* labels =
-      add_measure("measure-labels", "Writes what the regression of labels sees of edges, for fit_labels.py");
-  labels->add_option("--models", of.models, "Measure the models of these folders, too")->check(CLI::ExistingDirectory);
+      add_measure_of_models("measure-labels", "Writes what the regression of labels sees of edges, for fit_labels.py");
   labels->add_option("--out", file, "File to write")->required();
   CLI11_PARSE(app, count, arguments);
   if (measure->parsed()) {

@@ -5,9 +5,8 @@
 #include <cstdio>
 
 #include "core/choice/clean.h"
-#include "core/choice/evidence.h"
-#include "core/choice/patches.h"
 #include "tests/quality/error_fit.h"
+#include "tests/quality/known_upload.h"
 
 namespace crease::quality {
 namespace {
@@ -33,11 +32,8 @@ void print_measured(const Mesh& mesh, const std::string& name, const std::string
   ThreadTeam team(1);
   const FirstSight sight = look_at(surface, std::nullopt, std::nullopt, team);
   if (!(sight.sigma > kLeastDoubtful && sight.sigma < kMostDoubtfulNoise)) return;
-  const std::optional<TrialPatches> trial = cut_for_trials(surface, {});
-  const FlatMesh flat = trial ? trial->mesh : FlatMesh(surface);
-  const Evidence evidence = gather_evidence(flat, sight, {}, {}, solve_with(team), trial.has_value());
-  fmt::print("{} {} {:.6g} {}\n", name, family, fmt::join(features_of(flat, evidence, evidence.reference), " "),
-             clean ? 1 : 0);
+  const KnownUpload known(surface, sight, solve_with(team));
+  fmt::print("{} {} {:.6g} {}\n", name, family, fmt::join(known.features, " "), clean ? 1 : 0);
   std::fflush(stdout);
 }
 

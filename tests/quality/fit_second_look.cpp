@@ -48,21 +48,18 @@ SecondSample second_sample(const SettingSample& sample, const SettingModel& with
   return second;
 }
 
-/// Ridge regression on standardised features.
 void fit_slopes(const std::vector<const Row*>& rows, SecondLookModel& model) {
-  constexpr double kPenalty = 100;
-  const auto features = static_cast<Eigen::Index>(model.slopes.size());
-  Eigen::MatrixXd products = kPenalty * Eigen::MatrixXd::Identity(features, features);
-  Eigen::VectorXd sums = Eigen::VectorXd::Zero(features), steps(features);
-  for (const Row* row : rows) {
-    const auto description = model.standardised(row->features);
+  const auto count = static_cast<Eigen::Index>(rows.size()), features = static_cast<Eigen::Index>(model.slopes.size());
+  Eigen::MatrixXd inputs(count, features), errors(count, 1);
+  for (Eigen::Index r = 0; r < count; ++r) {
+    const Row& row = *rows[static_cast<std::size_t>(r)];
+    const auto description = model.described(row.features);
     for (Eigen::Index k = 0; k < features; ++k) {
-      steps(k) = description[static_cast<std::size_t>(k)] / SecondLookModel::kStepsPerDeviation;
+      inputs(r, k) = description[static_cast<std::size_t>(k)] / SecondLookModel::kStepsPerDeviation;
     }
-    products += steps * steps.transpose();
-    sums += row->error * steps;
+    errors(r, 0) = row.error;
   }
-  const Eigen::VectorXd slopes = products.llt().solve(sums);
+  const Eigen::VectorXd slopes = ridge_slopes(inputs, errors);
   for (Eigen::Index k = 0; k < features; ++k) model.slopes[static_cast<std::size_t>(k)] = slopes(k);
 }
 
@@ -83,7 +80,7 @@ Fit<SecondLookModel> fit_second(const std::vector<const SecondSample*>& samples)
   Eigen::MatrixXd errors(static_cast<Eigen::Index>(kept), 1);
   for (std::size_t k = 0; k < kept; ++k) {
     errors(static_cast<Eigen::Index>(k), 0) =
-        some[k]->error - fit.model.along_slopes(fit.model.standardised(some[k]->features));
+        some[k]->error - fit.model.along_slopes(fit.model.described(some[k]->features));
   }
   set_landmarks(fit, some, errors, kPenalty);
   return fit;

@@ -8,11 +8,10 @@
 #include <random>
 
 #include "core/choice/choice.h"
-#include "core/choice/evidence.h"
-#include "core/choice/patches.h"
 #include "core/choice/weight.h"
 #include "core/regression/passes.h"
 #include "tests/quality/error_fit.h"
+#include "tests/quality/known_upload.h"
 #include "tests/quality/pairs.h"
 
 namespace crease::quality {
@@ -42,10 +41,7 @@ void print_measured(const Mesh& original, const Mesh& noisy, const std::string& 
   ChoiceReport report;
   const ChoiceResult chosen = choose_and_solve(surface, mesh, {}, {}, remembering, report, team);
   if (!(report.noise_sigma > 0)) return;
-  const std::optional<TrialPatches> trial = cut_for_trials(surface, {});
-  const FlatMesh& tried = trial ? trial->mesh : mesh;
-  const FirstSight sight = look_at(surface, std::nullopt, std::nullopt, team);
-  const Evidence evidence = gather_evidence(tried, sight, {}, {}, solve, trial.has_value());
+  const KnownUpload known(surface, look_at(surface, std::nullopt, std::nullopt, team), solve);
   std::vector<double> errors;
   for (const double factor : kWeightFactors) {
     GraduatedOptions options = last;
@@ -55,8 +51,7 @@ void print_measured(const Mesh& original, const Mesh& noisy, const std::string& 
                                            sight_of(chosen.setting, report), 1, {}, kPasses, team);
     errors.push_back(normal_error_deg(original, turned.positions));
   }
-  fmt::print("{} {} {:.6g} {:.5g}\n", name, family, fmt::join(features_of(tried, evidence, evidence.reference), " "),
-             fmt::join(errors, " "));
+  fmt::print("{} {} {:.6g} {:.5g}\n", name, family, fmt::join(known.features, " "), fmt::join(errors, " "));
   std::fflush(stdout);
 }
 
@@ -65,9 +60,8 @@ double error_over_own(const WeightSample& sample, std::size_t factor) {
   return log_error(sample.errors[factor]) - log_error(sample.errors[kOwnWeight]);
 }
 
-/// Ridge regression on standardised features.
 WeightFit fitted_lines(const std::vector<const WeightSample*>& samples) {
-  constexpr double kPenalty = 100, kFarthestError = 0.4;
+  constexpr double kFarthestError = 0.4;
   constexpr auto kInputs = static_cast<Eigen::Index>(kFeatures);
   constexpr auto kOutputs = static_cast<Eigen::Index>(kWeightFactors.size());
   WeightFit fit;
@@ -76,16 +70,17 @@ WeightFit fitted_lines(const std::vector<const WeightSample*>& samples) {
   Eigen::MatrixXd inputs(count, kInputs), outputs(count, kOutputs);
   for (Eigen::Index s = 0; s < count; ++s) {
     const WeightSample& sample = *samples[static_cast<std::size_t>(s)];
-    const Features features = fit.model.standardised(sample.features);
-    for (Eigen::Index k = 0; k < kInputs; ++k) inputs(s, k) = features[static_cast<std::size_t>(k)];
+    for (Eigen::Index k = 0; k < kInputs; ++k) {
+      const auto place = static_cast<std::size_t>(k);
+      inputs(s, k) = standardised(sample.features.at(place), fit.model.means.at(place), fit.model.deviations.at(place));
+    }
     for (Eigen::Index i = 0; i < kOutputs; ++i) {
       outputs(s, i) = std::clamp(error_over_own(sample, static_cast<std::size_t>(i)), -kFarthestError, kFarthestError);
     }
   }
   const Eigen::RowVectorXd means = outputs.colwise().mean();
   outputs.rowwise() -= means;
-  const Eigen::MatrixXd products = inputs.transpose() * inputs + kPenalty * Eigen::MatrixXd::Identity(kInputs, kInputs);
-  const Eigen::MatrixXd slopes = products.llt().solve(inputs.transpose() * outputs);
+  const Eigen::MatrixXd slopes = ridge_slopes(inputs, outputs);
   for (Eigen::Index i = 0; i < kOutputs; ++i) {
     fit.model.mean_errors.at(static_cast<std::size_t>(i)) = means(i);
     for (Eigen::Index k = 0; k < kInputs; ++k) {

@@ -253,12 +253,8 @@ TEST(TurnedTowards, FindsTheSurfaceThatTheNormalsAreOf) {
     Mesh wave = plane;
     for (Vec3& p : wave.positions) p.z() = 0.02 * length * std::sin(2 * std::numbers::pi * p.x() / length);
     const FlatMesh start = flat(plane), goal = flat(wave);
-    FlatVectors normals(3 * goal.face_count);
-    for (std::size_t f = 0; f < goal.face_count; ++f) {
-      const auto n = face_frame(goal, goal.measured, f).normal;
-      for (std::size_t axis = 0; axis < 3; ++axis) normals[axis * goal.face_count + f] = n[axis];
-    }
     ThreadTeam one(1), two(2);
+    const FlatVectors normals = face_normals(goal, goal.measured, one);
     const FlatVectors found = turned_towards(start, start.measured, normals, {}, one);
     EXPECT_EQ(found, turned_towards(start, start.measured, normals, {}, two));
     double before = 0, after = 0;
