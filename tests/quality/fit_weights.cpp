@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/choice/choice.h"
+#include "core/choice/error_model.h"
 #include "core/choice/weight.h"
 #include "core/regression/passes.h"
 #include "tests/quality/error_fit.h"
