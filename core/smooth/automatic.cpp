@@ -133,11 +133,14 @@ class AutomaticRun {
       }
       if (!found) found = choose_and_solve(surface, mesh, precisions_, options, solve, report, team_);
       const ChoiceResult& chosen = *found;
-      const Refined refined = refine(mesh, chosen, report, options_.strength, precisions_, team_);
+      latest_ = chosen.positions;
+      const auto ask = [&] { ask_caller(); };
+      const Refined refined = refine(mesh, chosen, report, options_.strength, precisions_, team_, ask);
+      ask_caller();
       result_.positions = upload_positions(refined.positions);
       result_.labels = upload_labels(labels_of(mesh, refined, chosen, report, team_));
       ended_.risk = chosen.risk;
-      if (options_.uncertainty) find_uncertainty(surface, chosen.positions, report, spectrum);
+      if (options_.uncertainty) find_uncertainty(surface, chosen.positions, report, spectrum, ask);
       result_.choice = std::move(report);
     } catch (const Cancelled&) {
       result_.cancelled = true;
@@ -176,21 +179,18 @@ class AutomaticRun {
   }
 
   void find_uncertainty(const Surface& surface, const FlatVectors& positions, const ChoiceReport& report,
-                        const std::optional<NoiseSpectrum>& spectrum) {
+                        const std::optional<NoiseSpectrum>& spectrum, const std::function<void()>& on_step) {
     ended_.options.weight = static_cast<float>(report.weight / (options_.strength * options_.strength));
     ended_.spectrum = spectrum;
-    latest_ = positions;
-    const auto on_step = [&] {
-      if (!goes_on()) throw Cancelled();
-    };
     const std::vector<double> deviations =
         posterior_deviations(surface, *mesh_, positions, ended_, report, team_, on_step);
     for (const Index v : renumbering_.new_vertex) result_.sigma.push_back(surface.unit * deviations[v]);
   }
 
-  /// Asks the caller after the last solve.
-  bool goes_on() {
-    return shown([&] { return present_angles(latest_); }, [&] { return state_head(solves_, 0) + done_; });
+  /// Asks the caller after the last solve, and throws where it has had enough.
+  void ask_caller() {
+    const auto angles = [&] { return present_angles(latest_); };
+    if (!shown(angles, [&] { return state_head(solves_, 0) + done_; })) throw Cancelled();
   }
 
   /// Shows the caller the last record, with what the run has come to. False where it has had enough.

@@ -21,12 +21,13 @@ double noisiness(const ChoiceReport& report) {
 }  // namespace
 
 Refined refine(const FlatMesh& mesh, const ChoiceResult& chosen, const ChoiceReport& report, double strength,
-               std::span<const float> precisions, ThreadTeam& team) {
+               std::span<const float> precisions, ThreadTeam& team, const std::function<void()>& on_step) {
   const auto amount = static_cast<float>(std::max(0.0, 1 - std::abs(strength - 1)) * noisiness(report));
   if (!(amount > 0)) return {chosen.positions, {}};
   const std::size_t passes = mesh.face_count <= kFacesOfSeconds ? kPasses : 1;
-  auto [positions, normals] = turned_in_passes(mesh, chosen.positions, chosen.reference_positions,
-                                               sight_of(chosen.setting, report), amount, precisions, passes, team);
+  auto [positions, normals] =
+      turned_in_passes(mesh, chosen.positions, chosen.reference_positions, sight_of(chosen.setting, report), amount,
+                       precisions, passes, team, on_step);
   if (report.impulsive && !report.varying && precisions.empty()) {
     positions = with_unmoved_put_back(mesh, positions, mesh.measured, amount, team);
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -17,9 +18,9 @@ struct Refined {
 
 /// Turns the faces to where the regression says, and puts back what impulsive noise left alone. The regression has
 /// learnt from results of the usual strength, so it fades where a user wants another one. What has no noise stays as it
-/// is. `precisions` are weights of the user's, empty for none.
+/// is. `precisions` are weights of the user's, empty for none. `on_step` is as in turned_in_passes.
 Refined refine(const FlatMesh& mesh, const ChoiceResult& chosen, const ChoiceReport& report, double strength,
-               std::span<const float> precisions, ThreadTeam& team);
+               std::span<const float> precisions, ThreadTeam& team, const std::function<void()>& on_step);
 
 /// Per edge: what the regression of labels makes of a result, and where there is no noise, angles alone.
 std::vector<float> labels_of(const FlatMesh& mesh, const Refined& refined, const ChoiceResult& chosen,

@@ -123,6 +123,29 @@ TEST(Checkpoint, ARunResumedAtAnySweepEndsWithTheSameBits) {
   }
 }
 
+TEST(Checkpoint, ARunEndsAfterItsLastSolveWhenItIsToldTo) {
+  for (const auto& [name, options] : variants()) {
+    if (options.solver == Solver::kMetropolis) continue;
+    SCOPED_TRACE(name);
+    RunContext undisturbed;
+    const SmoothResult expected = run(noisy_cube(), options, undisturbed);
+    std::uint32_t asked = 0;
+    std::string checkpoint;
+    RunContext context;
+    context.on_sweep = [&](const SweepView& view) {
+      if (view.record.sweep < expected.sweeps.size() || ++asked < 3)
+        return true;  // of the last solve, then of what follows
+      checkpoint = view.checkpoint();
+      return false;
+    };
+    EXPECT_TRUE(run(noisy_cube(), options, context).cancelled);
+    ASSERT_EQ(asked, 3U);
+    RunContext again;
+    again.checkpoint = checkpoint;
+    expect_same(run(noisy_cube(), options, again, 3), expected);
+  }
+}
+
 TEST(Checkpoint, ARunMayBeInterruptedManyTimes) {
   for (const auto& [name, options] : variants()) {
     SCOPED_TRACE(name);
