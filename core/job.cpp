@@ -40,6 +40,7 @@ ResultFacts result_facts(const JobSurface& surface, double mean_edge_length, con
   facts.rms_displacement = std::sqrt(squares / static_cast<double>(measured.size()));
   facts.volume_change = relative_volume_change(surface.mesh(), surface.topology(), smoothed.positions);
   facts.choice = smoothed.choice;
+  facts.other_choices = smoothed.other_choices;
   return facts;
 }
 

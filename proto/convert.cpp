@@ -152,6 +152,7 @@ v1::Sweep to_message(const SweepRecord& record) {
 
 v1::Choice to_message(const ChoiceReport& report) {
   v1::Choice message;
+  message.set_faces(static_cast<std::uint32_t>(report.faces));
   message.set_noise_sigma(report.noise_sigma);
   message.set_noise_sigma_first(report.noise_sigma_first);
   message.set_noise(std::string(words_of(report.direction).at(static_cast<std::size_t>(report.direction))));
@@ -184,6 +185,7 @@ v1::Uncertainty to_message(const UncertaintyFacts& facts) {
 v1::ResultFacts to_message(const ResultFacts& facts) {
   v1::ResultFacts message;
   if (facts.choice) *message.mutable_choice() = to_message(*facts.choice);
+  for (const ChoiceReport& other : facts.other_choices) *message.add_other_choices() = to_message(other);
   if (facts.uncertainty) *message.mutable_uncertainty() = to_message(*facts.uncertainty);
   message.set_ridge_edges(facts.ridge_edges);
   message.set_ridge_length(facts.ridge_length);
@@ -259,6 +261,7 @@ ResultFacts from_message(const v1::ResultFacts& message) {
           .volume_change = message.volume_change(),
           .seconds = message.seconds(),
           .choice = {},
+          .other_choices = {},
           .uncertainty = {}};
 }
 

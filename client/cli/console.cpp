@@ -58,6 +58,9 @@ std::string figures(const v1::Job& job) {
   text += fmt::format("input          {} vertices, {} faces, noise about {:.2g} edge lengths\n", input.vertices(),
                       input.faces(), input.noise_sigma());
   if (result.has_choice()) text += fmt::format("estimate       {}\n", sentence(result.choice()));
+  for (const v1::Choice& other : result.other_choices()) {
+    text += fmt::format("               apart, {} faces: {}\n", other.faces(), sentence(other));
+  }
   text += fmt::format("ridges         {} edges in {} lines, length {:.5g}\n", result.ridge_edges(),
                       result.ridge_lines(), result.ridge_length());
   text += fmt::format("displacement   rms {:.3g}, max {:.3g} edge lengths\n", result.rms_displacement(),

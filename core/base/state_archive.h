@@ -28,6 +28,8 @@ class StateArchive {
 
   bool reading() const { return reading_; }
   std::string take_bytes() { return std::move(written_); }
+  /// What has not been read yet.
+  std::string_view rest() const { return source_; }
   /// \throw CheckpointError when bytes are left over
   void finish() const {
     if (!source_.empty()) throw CheckpointError("the checkpoint is longer than the state of this run");
@@ -44,6 +46,17 @@ class StateArchive {
   void values(std::vector<Item>& items) {
     count(items.size());
     bytes(items.data(), items.size() * sizeof(Item));
+  }
+
+  /// Of any length.
+  void text(std::string& text) {
+    auto size = static_cast<std::uint64_t>(text.size());
+    value(size);
+    if (reading_) {
+      if (size > source_.size()) throw CheckpointError("the checkpoint ends early");
+      text.resize(size);
+    }
+    bytes(text.data(), size);
   }
 
   /// None, or `full` items.

@@ -15,9 +15,6 @@
 
 namespace crease {
 
-/// A larger mesh takes seconds, and gets less work.
-inline constexpr std::size_t kFacesOfSeconds = 250'000;
-
 /// What a user may fix; the rest is estimated.
 struct ChoiceOptions {
   double strength = 1;                ///< times the deviation of the noise, for the likelihood; above 0

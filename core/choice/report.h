@@ -24,6 +24,7 @@ struct CandidateReport {
 
 /// What was estimated and chosen.
 struct ChoiceReport {
+  std::size_t faces = 0;         ///< that it was made for
   double noise_sigma_first = 0;  ///< at first sight
   double noise_sigma = 0;        ///< after the reference has been solved; in ℓ
   NoiseDirection direction = NoiseDirection::kNormal;

@@ -114,7 +114,7 @@ InputFacts inspect(const Mesh& upload, const Topology& upload_topology, const We
   facts.vertices = static_cast<std::uint32_t>(upload.positions.size());
   facts.faces = static_cast<std::uint32_t>(upload.triangles.size());
   facts.edges = static_cast<std::uint32_t>(topology.edges.size());
-  facts.components = static_cast<std::uint32_t>(count_components(mesh));
+  facts.components = static_cast<std::uint32_t>(find_components(mesh).count);
   const auto& face_count = topology.edge_face_count;
   facts.boundary_edges = tally(facts.edges, [&](std::size_t e) { return face_count[e] == 1; }).count;
 

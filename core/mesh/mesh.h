@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -19,5 +20,8 @@ struct Mesh {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
 };
+
+/// A larger mesh takes seconds, and gets less work.
+inline constexpr std::size_t kFacesOfSeconds = 250'000;
 
 }  // namespace crease

@@ -159,7 +159,7 @@ Topology build_topology(const Mesh& mesh) {
   return topology;
 }
 
-std::size_t count_components(const Mesh& mesh) {
+Components find_components(const Mesh& mesh) {
   std::vector<Index> parent(mesh.positions.size());
   std::iota(parent.begin(), parent.end(), Index{0});
   const auto root = [&](Index v) {
@@ -173,8 +173,13 @@ std::size_t count_components(const Mesh& mesh) {
       parent[root(v)] = root(triangle[0]);
     }
   }
-  std::size_t components = 0;
-  for (Index v = 0; v < parent.size(); ++v) components += used[v] != 0 && root(v) == v ? 1 : 0;
+  Components components{std::vector<Index>(parent.size(), kNone), 0};
+  for (Index v = 0; v < parent.size(); ++v) {
+    if (used[v] == 0) continue;
+    Index& of_root = components.of_vertex[root(v)];
+    if (of_root == kNone) of_root = static_cast<Index>(components.count++);
+    components.of_vertex[v] = of_root;
+  }
   return components;
 }
 

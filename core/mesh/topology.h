@@ -69,8 +69,12 @@ Topology build_topology(const Mesh& mesh);
 /// Fills in which faces and edges of `topology` each vertex of `mesh` has.
 void list_by_vertex(const Mesh& mesh, Topology& topology, ThreadTeam& team = calling_thread());
 
-/// The number of connected components, where faces with a common vertex are connected. Isolated vertices do not count.
-std::size_t count_components(const Mesh& mesh);
+/// Connected components, where faces with a common vertex are connected, in the order of their first vertices.
+struct Components {
+  std::vector<Index> of_vertex;  ///< kNone for isolated vertices
+  std::size_t count = 0;
+};
+Components find_components(const Mesh& mesh);
 
 /// The mean length of all edges, which is the unit ℓ of every length parameter. Zero if there are no edges.
 double mean_edge_length(const std::vector<Vec3>& positions, const std::vector<Edge>& edges);

@@ -16,6 +16,7 @@
 #include "core/geometry/renumbering.h"
 #include "core/graduated/descent.h"
 #include "core/smooth/refinement.h"
+#include "core/smooth/run_state.h"
 
 namespace crease {
 namespace {
@@ -107,15 +108,13 @@ class AutomaticRun {
         options_(options),
         context_(context),
         known_(context.checkpoint) {
-    const double mean = mean_of(weights);
-    for (const double weight : renumbering_.renumbered(weights)) {
-      precisions_.push_back(static_cast<float>(mean > 0 ? weight / mean : 0));
-    }
+    for (const double weight : renumbering_.renumbered(weights)) precisions_.push_back(static_cast<float>(weight));
     if (!context.checkpoint.empty()) read_head();
   }
 
   SmoothResult run() {
     ChoiceReport report;
+    report.faces = topology_.face_edges.size();
     if (precisions_.empty()) report.spikes = flatten_spikes(renumbering_.mesh, renumbered_.topology, team_);
     const Surface surface(renumbering_.mesh, renumbered_.topology, team_);
     const FlatMesh mesh(surface, team_);
@@ -153,12 +152,6 @@ class AutomaticRun {
   }
 
  private:
-  static double mean_of(std::span<const double> weights) {
-    double sum = 0;
-    for (const double weight : weights) sum += weight;
-    return weights.empty() ? 1 : sum / static_cast<double>(weights.size());
-  }
-
   /// Noise that is correlated over several edges, unless the options say otherwise.
   std::optional<NoiseSpectrum> correlated_noise(const Surface& surface, const ChoiceOptions& options) {
     const bool told = options.noise_direction || options.noise_sigma || options.surface || !precisions_.empty();
@@ -256,20 +249,7 @@ class AutomaticRun {
   // --- checkpoints: seconds, records, the solves that are done, the stage of the one that is not ---
 
   void exchange_records(StateArchive& archive) {
-    auto count = static_cast<std::uint32_t>(result_.sweeps.size());
-    archive.value(count);
-    constexpr std::uint32_t kMostRecords = 10'000;
-    if (count > kMostRecords) throw CheckpointError("the checkpoint is not of this program");
-    result_.sweeps.resize(count);
-    for (SweepRecord& record : result_.sweeps) {
-      std::uint8_t trial = record.stage == kChoiceStage ? 1 : 0;
-      archive.value(trial);
-      record.stage = trial != 0 ? kChoiceStage : kVertexStage;
-      archive.value(record.sweep);
-      archive.value(record.energy);
-      archive.value(record.likelihood_weight);
-      archive.value(record.rms_displacement);
-    }
+    crease::exchange(archive, result_.sweeps);
     archive.value(result_.site_proposals);
   }
 

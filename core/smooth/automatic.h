@@ -8,9 +8,9 @@
 
 namespace crease {
 
-/// solver=descent: everything that the options leave open is estimated from the mesh. `weights` of the likelihood per
-/// vertex, empty for 1 everywhere. The same bits for any number of threads, and through any number of checkpoints.
-/// \throw CheckpointError
+/// solver=descent: everything that the options leave open is estimated from the mesh as a whole. `weights` of the
+/// likelihood per vertex, relative; empty for 1 everywhere. The same bits for any number of threads, and through any
+/// number of checkpoints. \throw CheckpointError
 SmoothResult smooth_automatically(const Mesh& measured, const Topology& topology, const MrfOptions& options,
                                   std::uint32_t threads, RunContext& context, std::span<const double> weights);
 

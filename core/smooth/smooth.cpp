@@ -3,7 +3,7 @@
 #include <type_traits>
 #include <variant>
 
-#include "core/smooth/automatic.h"
+#include "core/smooth/apart.h"
 #include "core/smooth/classical/classical.h"
 #include "core/solve/anneal.h"
 
@@ -44,7 +44,7 @@ SmoothResult smooth(const Mesh& measured, const Topology& topology, const Smooth
   return std::visit(
       [&]<typename Options>(const Options& method) {
         if constexpr (std::is_same_v<Options, MrfOptions>) {
-          const auto engine = method.solver == Solver::kDescent ? smooth_automatically : anneal;
+          const auto engine = method.solver == Solver::kDescent ? smooth_apart : anneal;
           return engine(measured, topology, method, options.threads, context, weights);
         } else if constexpr (std::is_same_v<Options, DiebelOptions>) {
           return anneal(measured, topology, as_mrf(method), options.threads, context, {});

@@ -104,18 +104,22 @@ TEST(FactsMessages, PreserveEveryFact) {
                            .volume_change = 8,
                            .seconds = 9,
                            .choice = {},
+                           .other_choices = {},
                            .uncertainty = {}};
   const v1::ResultFacts message = to_message(result);
   EXPECT_EQ(message.ridge_lines(), 3U);
   EXPECT_EQ(to_message(from_message(message)).SerializeAsString(), message.SerializeAsString());
   ResultFacts chosen = result;
   chosen.choice.emplace().candidates.emplace_back().family = "flats";
+  chosen.other_choices.emplace_back().faces = 600;
   chosen.uncertainty = {.mean = 0.1, .median = 0.05, .max = 0.4};
   const v1::ResultFacts with_choice = to_message(chosen);
   EXPECT_EQ(with_choice.uncertainty().median(), 0.05);
   EXPECT_EQ(static_cast<int>(to_json(with_choice).size()), v1::ResultFacts::descriptor()->field_count());
   EXPECT_EQ(static_cast<int>(to_json(with_choice)["choice"].size()), v1::Choice::descriptor()->field_count());
   EXPECT_EQ(with_choice.choice().candidates(0).surface(), "flats");
+  ASSERT_EQ(with_choice.other_choices_size(), 1);
+  EXPECT_EQ(with_choice.other_choices(0).faces(), 600U);
 }
 
 TEST(WarningMessages, AreAddedOnce) {

@@ -4,6 +4,7 @@
 #include "core/io/encode.h"
 #include "core/mesh/face_vectors.h"
 #include "tests/support/labelled_meshes.h"
+#include "tests/support/meshes.h"
 #include "tests/unit/decode_samples.h"
 
 namespace crease::test {

@@ -21,7 +21,7 @@ TEST_P(Samples, AreClosedInOnePieceAndWoundOutward) {
   const Mesh mesh = GetParam()();
   const Topology topology = build_topology(mesh);
   for (std::size_t edge = 0; edge < topology.edges.size(); ++edge) EXPECT_TRUE(topology.is_interior(edge));
-  EXPECT_EQ(count_components(mesh), 1U);
+  EXPECT_EQ(find_components(mesh).count, 1U);
   EXPECT_GT(signed_volume(mesh), 0);
   for (const auto flipped : topology.flipped) EXPECT_EQ(flipped, 0);
 }

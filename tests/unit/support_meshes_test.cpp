@@ -97,7 +97,7 @@ TEST(SupportMeshes, FamilyMembersMatchTheirDescription) {
     open |= has_boundary;
     nonmanifold |= has_crowded;
     degenerate |= is_degenerate;
-    several |= count_components(mesh) > 1;
+    several |= find_components(mesh).count > 1;
     twisted |= std::count(topology.edge_twisted.begin(), topology.edge_twisted.end(), 0) <
                static_cast<std::ptrdiff_t>(topology.edges.size());
     flipped |= std::count(topology.flipped.begin(), topology.flipped.end(), 0) <

@@ -116,7 +116,7 @@ TEST(Topology, CountsComponentsBySharedVertices) {
   two.positions.insert(two.positions.end(), other.positions.begin(), other.positions.end());
   for (const auto& [a, b, c] : other.triangles) two.triangles.push_back({a + offset, b + offset, c + offset});
   two.positions.emplace_back(9, 9, 9);
-  EXPECT_EQ(count_components(two), 2U);
+  EXPECT_EQ(find_components(two).count, 2U);
 }
 
 TEST(Topology, MeanEdgeLengthOfAUnitCubeAveragesSidesAndDiagonals) {

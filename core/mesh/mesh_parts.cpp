@@ -1,0 +1,88 @@
+#include "core/mesh/mesh_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace crease {
+namespace {
+
+struct Component {
+  std::size_t faces = 0, edges = 0;
+  double length = 0;  ///< of all edges
+
+  double mean_edge() const { return edges > 0 ? length / static_cast<double>(edges) : 0; }
+};
+
+std::vector<Component> measured(const Components& components, const Mesh& mesh, const Topology& topology) {
+  std::vector<Component> all(components.count);
+  for (const Triangle& triangle : mesh.triangles) ++all[components.of_vertex[triangle[0]]].faces;
+  for (const Edge& edge : topology.edges) {
+    Component& component = all[components.of_vertex[edge.v0]];
+    ++component.edges;
+    component.length += (mesh.positions[edge.v0] - mesh.positions[edge.v1]).stableNorm();
+  }
+  return all;
+}
+
+std::size_t fewest_faces(std::size_t of_whole) {
+  return of_whole > kFacesOfSeconds ? of_whole / kMostPartsOfSeconds : kFewestFacesOfPart;
+}
+
+/// Those that make a part, the largest first.
+std::vector<Index> heads_of(const std::vector<Component>& components, std::size_t fewest) {
+  std::vector<Index> heads(components.size());
+  std::iota(heads.begin(), heads.end(), Index{0});
+  std::erase_if(heads, [&](Index i) { return components[i].faces < fewest || !(components[i].mean_edge() > 0); });
+  std::ranges::stable_sort(heads, std::ranges::greater(), [&](Index i) { return components[i].faces; });
+  heads.resize(std::min(heads.size(), kMostParts));
+  return heads;
+}
+
+/// Per component: its part.
+std::vector<Index> parts_of_components(const std::vector<Component>& components, const std::vector<Index>& heads) {
+  std::vector<Index> parts(components.size());
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    double least = std::numeric_limits<double>::infinity();
+    for (Index part = 0; part < heads.size(); ++part) {
+      const double ratio = components[i].mean_edge() / components[heads[part]].mean_edge();
+      const double unlikeness = heads[part] == i ? -1 : std::abs(std::log(ratio));
+      if (!(unlikeness < least)) continue;
+      least = unlikeness;
+      parts[i] = part;
+    }
+  }
+  return parts;
+}
+
+}  // namespace
+
+std::vector<MeshPart> parts_of(const Mesh& mesh, const Topology& topology) {
+  if (mesh.triangles.size() < 2 * kFewestFacesOfPart) return {};
+  const Components components = find_components(mesh);
+  if (components.count < 2) return {};
+  const std::vector<Component> all = measured(components, mesh, topology);
+  const std::vector<Index> heads = heads_of(all, fewest_faces(mesh.triangles.size()));
+  if (heads.size() < 2) return {};
+  const std::vector<Index> part_of_component = parts_of_components(all, heads);
+  const auto part_of = [&](Index vertex) {
+    const Index component = components.of_vertex[vertex];
+    return component == kNone ? Index{0} : part_of_component[component];
+  };
+  std::vector<MeshPart> parts(heads.size());
+  std::vector<Index> number(mesh.positions.size());  // in its part
+  for (Index v = 0; v < number.size(); ++v) {
+    MeshPart& part = parts[part_of(v)];
+    number[v] = static_cast<Index>(part.vertices.size());
+    part.vertices.push_back(v);
+    part.mesh.positions.push_back(mesh.positions[v]);
+  }
+  for (const auto& [a, b, c] : mesh.triangles) {
+    parts[part_of(a)].mesh.triangles.push_back({number[a], number[b], number[c]});
+  }
+  for (Index e = 0; e < topology.edges.size(); ++e) parts[part_of(topology.edges[e].v0)].edges.push_back(e);
+  return parts;
+}
+
+}  // namespace crease
