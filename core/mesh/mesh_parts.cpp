@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 namespace crease {
@@ -26,17 +25,23 @@ std::vector<Component> measured(const Components& components, const Mesh& mesh, 
   return all;
 }
 
-std::size_t fewest_faces(std::size_t of_whole) {
-  return of_whole > kFacesOfSeconds ? of_whole / kMostPartsOfSeconds : kFewestFacesOfPart;
-}
+/// By what factor, as a logarithm, edges are longer or shorter.
+double unlikeness(const Component& a, const Component& b) { return std::abs(std::log(a.mean_edge() / b.mean_edge())); }
 
 /// Those that make a part, the largest first.
-std::vector<Index> heads_of(const std::vector<Component>& components, std::size_t fewest) {
-  std::vector<Index> heads(components.size());
-  std::iota(heads.begin(), heads.end(), Index{0});
-  std::erase_if(heads, [&](Index i) { return components[i].faces < fewest || !(components[i].mean_edge() > 0); });
-  std::ranges::stable_sort(heads, std::ranges::greater(), [&](Index i) { return components[i].faces; });
-  heads.resize(std::min(heads.size(), kMostParts));
+std::vector<Index> heads_of(const std::vector<Component>& components, std::size_t faces_of_whole) {
+  const std::size_t least = faces_of_whole > kFacesOfSeconds ? faces_of_whole / kMostPartsOfSeconds : 0;
+  std::vector<Index> order(components.size()), heads;
+  std::iota(order.begin(), order.end(), Index{0});
+  std::ranges::stable_sort(order, std::ranges::greater(), [&](Index i) { return components[i].faces; });
+  for (const Index i : order) {
+    const Component& one = components[i];
+    if (one.faces < std::max(least, kFewestFacesOfUnlikePart) || heads.size() == kMostParts) break;
+    if (!(one.mean_edge() > 0)) continue;
+    const bool is_like_none = std::ranges::all_of(
+        heads, [&](Index head) { return unlikeness(one, components[head]) > std::log(kUnlikeEdges); });
+    if (one.faces >= kFewestFacesOfPart || is_like_none) heads.push_back(i);
+  }
   return heads;
 }
 
@@ -44,14 +49,8 @@ std::vector<Index> heads_of(const std::vector<Component>& components, std::size_
 std::vector<Index> parts_of_components(const std::vector<Component>& components, const std::vector<Index>& heads) {
   std::vector<Index> parts(components.size());
   for (std::size_t i = 0; i < components.size(); ++i) {
-    double least = std::numeric_limits<double>::infinity();
-    for (Index part = 0; part < heads.size(); ++part) {
-      const double ratio = components[i].mean_edge() / components[heads[part]].mean_edge();
-      const double unlikeness = heads[part] == i ? -1 : std::abs(std::log(ratio));
-      if (!(unlikeness < least)) continue;
-      least = unlikeness;
-      parts[i] = part;
-    }
+    const auto of_head = [&](Index head) { return head == i ? -1 : unlikeness(components[i], components[head]); };
+    parts[i] = static_cast<Index>(std::ranges::min_element(heads, {}, of_head) - heads.begin());
   }
   return parts;
 }
@@ -59,11 +58,11 @@ std::vector<Index> parts_of_components(const std::vector<Component>& components,
 }  // namespace
 
 std::vector<MeshPart> parts_of(const Mesh& mesh, const Topology& topology) {
-  if (mesh.triangles.size() < 2 * kFewestFacesOfPart) return {};
+  if (mesh.triangles.size() < 2 * kFewestFacesOfUnlikePart) return {};
   const Components components = find_components(mesh);
   if (components.count < 2) return {};
   const std::vector<Component> all = measured(components, mesh, topology);
-  const std::vector<Index> heads = heads_of(all, fewest_faces(mesh.triangles.size()));
+  const std::vector<Index> heads = heads_of(all, mesh.triangles.size());
   if (heads.size() < 2) return {};
   const std::vector<Index> part_of_component = parts_of_components(all, heads);
   const auto part_of = [&](Index vertex) {

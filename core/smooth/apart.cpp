@@ -24,7 +24,7 @@ std::vector<double> relative(std::span<const double> weights) {
   return all;
 }
 
-/// One part after the other.
+/// One part after the other. While it lives, the caller sees sweeps of a part as sweeps of the whole.
 class ApartRun {
  public:
   ApartRun(const Mesh& measured, const Topology& topology, const std::vector<MeshPart>& parts,
@@ -33,25 +33,30 @@ class ApartRun {
         options_(options),
         threads_(threads),
         context_(context),
+        on_sweep_(std::move(context.on_sweep)),
+        checkpoint_(context.checkpoint),
         weights_(weights),
         unit_(mean_edge_length(measured.positions, topology.edges)) {
     result_.positions = measured.positions;
     result_.labels.assign(topology.edges.size(), 0);
     if (options.uncertainty) result_.sigma.assign(measured.positions.size(), 0);
     for (const MeshPart& part : parts) faces_ += part.mesh.triangles.size();
+    context_.on_sweep = nullptr;
   }
+  ~ApartRun() {
+    context_.on_sweep = std::move(on_sweep_);
+    context_.checkpoint = checkpoint_;
+  }
+  ApartRun(const ApartRun&) = delete;
+  ApartRun& operator=(const ApartRun&) = delete;
 
   SmoothResult run() {
-    const std::string_view of_part = take_known(context_.checkpoint);
-    const auto on_sweep = std::exchange(context_.on_sweep, nullptr);
-    const std::string_view given = std::exchange(context_.checkpoint, of_part);
+    context_.checkpoint = take_known(checkpoint_);
     for (std::size_t i = done_.size(); i < parts_.size() && !result_.cancelled; ++i) {
-      if (on_sweep) context_.on_sweep = [&](const SweepView& view) { return on_sweep(shown(view, i)); };
+      if (on_sweep_) context_.on_sweep = [this, i](const SweepView& view) { return on_sweep_(shown(view, i)); };
       add(i, smoothed(i));
       context_.checkpoint = {};
     }
-    context_.on_sweep = on_sweep;
-    context_.checkpoint = given;
     if (result_.cancelled) result_.sigma.clear();
     return std::move(result_);
   }
@@ -84,7 +89,7 @@ class ApartRun {
     if (!of_part.cancelled) {
       StateArchive archive;
       exchange(archive, parts_[i], of_part);
-      done_.push_back(context_.on_sweep ? archive.take_bytes() : std::string());
+      done_.push_back(on_sweep_ ? archive.take_bytes() : std::string());
     }
     place(parts_[i].vertices, of_part.positions, result_.positions);
     place(parts_[i].edges, of_part.labels, result_.labels);
@@ -180,6 +185,8 @@ class ApartRun {
   const MrfOptions& options_;
   std::uint32_t threads_;
   RunContext& context_;
+  std::function<bool(const SweepView&)> on_sweep_;  ///< the caller's
+  std::string_view checkpoint_;                     ///< the caller's
   std::span<const double> weights_;
   double unit_;  ///< ℓ of the whole
 

@@ -143,6 +143,23 @@ TEST_F(CommandLine, SmoothPrintsOneObjectWithJson) {
   }
 }
 
+TEST_F(CommandLine, ComponentsThatStandApartHaveChoicesOfTheirOwn) {
+  write("two.obj", obj_text(joined({cube(10), moved(icosphere(3), 4, Vec3(9, 0, 0))})));
+  ASSERT_EQ(crease({"noise", path("two.obj"), "-o", path("two-noisy.obj"), "--sigma", "0.1"}).exit_code, 0);
+  const std::vector<std::string> arguments = {"smooth", path("two-noisy.obj"), "-o", path("out.glb")};
+  std::vector<std::string> as_json = arguments;
+  as_json.emplace_back("--json");
+  const Finished finished = remote(as_json);
+  ASSERT_EQ(finished.exit_code, 0) << finished.errors;
+  const json result = json::parse(finished.output)["job"]["result"];
+  EXPECT_EQ(result["choice"]["faces"], 1280);
+  ASSERT_EQ(result["other_choices"].size(), 1U);
+  EXPECT_EQ(result["other_choices"][0]["faces"], 1200);
+  std::vector<std::string> local = arguments;
+  local.emplace_back("--local");
+  EXPECT_THAT(crease(local).output, HasSubstr("apart, 1200 faces: noise"));
+}
+
 TEST_F(CommandLine, ProgressIsPlainLinesWhenPiped) {
   const Finished finished = crease({"smooth", path("noisy.obj"), "-o", path("out.obj"), "--local", "-p", "sweeps=200"});
   ASSERT_EQ(finished.exit_code, 0);

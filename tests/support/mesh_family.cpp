@@ -9,22 +9,7 @@ Mesh tetrahedron() {
   return {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
 }
 
-void append(Mesh& mesh, const Mesh& other, const Vec3& offset) {
-  const auto base = static_cast<Index>(mesh.positions.size());
-  for (const Vec3& position : other.positions) mesh.positions.push_back(position + offset);
-  for (const auto& [a, b, c] : other.triangles) mesh.triangles.push_back({a + base, b + base, c + base});
-}
-
-Mesh moved(Mesh mesh, double scale, const Vec3& offset) {
-  for (Vec3& position : mesh.positions) position = scale * position + offset;
-  return mesh;
-}
-
-Mesh two_components() {
-  Mesh mesh = icosphere(2);
-  append(mesh, grid(5, 4, 0.3), {3, 0, 0});
-  return mesh;
-}
+Mesh two_components() { return joined({icosphere(2), moved(grid(5, 4, 0.3), 1, {3, 0, 0})}); }
 
 /// Two tetrahedra that share one vertex and no edge.
 Mesh touching_tetrahedra() {
@@ -82,9 +67,7 @@ Mesh duplicate_faces() {
 }
 
 Mesh isolated_vertices() {
-  Mesh mesh;
-  mesh.positions = {{5, 5, 5}};
-  append(mesh, grid(3, 3), {0, 0, 0});
+  Mesh mesh = joined({{{{5, 5, 5}}, {}}, grid(3, 3)});
   mesh.positions.insert(mesh.positions.end(), {{-5, 0, 0}, {-5, 0, 0}});
   return mesh;
 }

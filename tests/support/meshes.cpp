@@ -151,6 +151,21 @@ Mesh cylinder(int around, int along, double radius, double height) {
   return builder.mesh();
 }
 
+Mesh moved(Mesh mesh, double scale, const Vec3& way) {
+  for (Vec3& position : mesh.positions) position = scale * position + way;
+  return mesh;
+}
+
+Mesh joined(const std::vector<Mesh>& meshes) {
+  Mesh all;
+  for (const Mesh& mesh : meshes) {
+    const auto first = static_cast<Index>(all.positions.size());
+    all.positions.insert(all.positions.end(), mesh.positions.begin(), mesh.positions.end());
+    for (const auto& [a, b, c] : mesh.triangles) all.triangles.push_back({a + first, b + first, c + first});
+  }
+  return all;
+}
+
 Mesh mobius(int segments) {
   PatchBuilder builder;
   builder.patch(segments, 4, [&](int u, int v) {

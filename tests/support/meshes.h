@@ -28,6 +28,8 @@ Mesh icosphere(int subdivisions, double radius = 1.0);               ///< closed
 Mesh cube(int per_side, double side = 1.0);                          ///< closed, twelve straight ridges
 Mesh cylinder(int around, int along, double radius, double height);  ///< closed, two circular ridges
 Mesh mobius(int segments);
+Mesh moved(Mesh mesh, double scale, const Vec3& way);  ///< scaled, then moved
+Mesh joined(const std::vector<Mesh>& meshes);          ///< side by side, in their order
 
 /// A stepped block with a chamfer and a cylindrical boss: a CAD part with known ridges.
 struct CadPart {

@@ -14,24 +14,11 @@
 namespace crease {
 namespace {
 
-Mesh moved(Mesh mesh, double scale, const Vec3& way) {
-  for (Vec3& position : mesh.positions) position = scale * position + way;
-  return mesh;
-}
-
-Mesh joined(const std::vector<Mesh>& meshes) {
-  Mesh all;
-  for (const Mesh& mesh : meshes) {
-    const auto first = static_cast<Index>(all.positions.size());
-    all.positions.insert(all.positions.end(), mesh.positions.begin(), mesh.positions.end());
-    for (const auto& [a, b, c] : mesh.triangles) all.triangles.push_back({a + first, b + first, c + first});
-  }
-  return all;
-}
-
 Mesh cube_with_noise() { return add_noise(test::cube(12), 0.25, 1, NoiseKind::kNormal); }
-Mesh ball_with_noise() { return moved(add_noise(test::icosphere(3), 0.1, 2, NoiseKind::kGaussian), 9, Vec3(30, 0, 0)); }
-Mesh cube_and_ball() { return joined({ball_with_noise(), cube_with_noise()}); }  // the cube has more faces
+Mesh ball_with_noise() {
+  return test::moved(add_noise(test::icosphere(3), 0.1, 2, NoiseKind::kGaussian), 9, Vec3(30, 0, 0));
+}
+Mesh cube_and_ball() { return test::joined({ball_with_noise(), cube_with_noise()}); }  // the cube has more faces
 
 SmoothResult smoothed(const Mesh& mesh, const MrfOptions& options, RunContext& context,
                       std::span<const double> weights = {}, std::uint32_t threads = 1) {
@@ -50,7 +37,7 @@ std::vector<Item> picked(const std::vector<Item>& all, const std::vector<Index>&
   return some;
 }
 
-TEST(MeshParts, AreComponentsWithManyFaces) {
+TEST(MeshParts, AreComponentsUnlikeTheOthers) {
   const Mesh mesh = cube_and_ball();
   const auto parts = parts_of(mesh, build_topology(mesh));
   ASSERT_EQ(parts.size(), 2U);
@@ -58,13 +45,21 @@ TEST(MeshParts, AreComponentsWithManyFaces) {
   EXPECT_EQ(parts[1].mesh.positions, ball_with_noise().positions);
   EXPECT_EQ(parts[0].mesh.triangles, cube_with_noise().triangles);
   EXPECT_TRUE(parts_of(cube_with_noise(), build_topology(cube_with_noise())).empty());
-  const Mesh with_debris = joined({cube_with_noise(), moved(test::cube(4), 1, Vec3(3, 0, 0))});
+  const Mesh with_debris = test::joined({cube_with_noise(), test::moved(test::cube(4), 1, Vec3(3, 0, 0))});
   EXPECT_TRUE(parts_of(with_debris, build_topology(with_debris)).empty()) << "192 faces tell too little";
 }
 
+TEST(MeshParts, AreAlikeOnlyWhereTheyHaveManyFaces) {
+  const Mesh few = test::joined({test::cube(12), test::moved(test::cube(12), 1.5, Vec3(3, 0, 0))});
+  EXPECT_TRUE(parts_of(few, build_topology(few)).empty());
+  const Mesh many = test::joined({test::cube(19), test::moved(test::cube(19), 1, Vec3(3, 0, 0))});
+  EXPECT_EQ(parts_of(many, build_topology(many)).size(), 2U);
+}
+
 TEST(MeshParts, SmallComponentsGoWhereEdgesAreAlike) {
-  const Mesh coarse = moved(test::cube(2), 3, Vec3(60, 0, 0)), fine = moved(test::cube(2), 0.2, Vec3(0, 5, 0));
-  Mesh mesh = joined({coarse, ball_with_noise(), fine, cube_with_noise()});
+  const Mesh coarse = test::moved(test::cube(2), 3, Vec3(60, 0, 0)),
+             fine = test::moved(test::cube(2), 0.2, Vec3(0, 5, 0));
+  Mesh mesh = test::joined({coarse, ball_with_noise(), fine, cube_with_noise()});
   mesh.positions.emplace_back(7, 7, 7);  // isolated
   const std::size_t point = mesh.positions.size();
   mesh.positions.emplace_back(8, 8, 8);  // of a face without extent
@@ -83,8 +78,8 @@ TEST(MeshParts, SmallComponentsGoWhereEdgesAreAlike) {
 
 TEST(MeshParts, AreNoMoreThanThereIsTimeFor) {
   std::vector<Mesh> many;
-  for (int i = 0; i < 40; ++i) many.push_back(moved(test::cube(7), 1 + 0.01 * i, Vec3(3 * i, 0, 0)));
-  const Mesh mesh = joined(many);
+  for (int i = 0; i < 40; ++i) many.push_back(test::moved(test::cube(7), std::pow(1.7, i), Vec3(0, 0, 0)));
+  const Mesh mesh = test::joined(many);
   const auto parts = parts_of(mesh, build_topology(mesh));
   ASSERT_EQ(parts.size(), kMostParts);
   std::size_t faces = 0;
@@ -93,7 +88,7 @@ TEST(MeshParts, AreNoMoreThanThereIsTimeFor) {
 }
 
 TEST(MeshParts, HaveTheTopologyOfTheWhole) {
-  Mesh mesh = joined({test::mobius(300), ball_with_noise(), test::grid(20, 20)});
+  Mesh mesh = test::joined({test::mobius(300), ball_with_noise(), test::grid(20, 20, 90)});
   std::mt19937 random(1);
   std::ranges::shuffle(mesh.triangles, random);
   for (Triangle& triangle : mesh.triangles) {

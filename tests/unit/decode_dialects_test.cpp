@@ -169,12 +169,12 @@ TEST(DecodeOff, WrongCountsOfFilesWithLinesAreRefused) {
   for (const Mesh& mesh : {box(), test::cube(2), test::icosphere(1)}) {
     const std::string text = off_file(mesh), body = text.substr(text.find('\n', 4));
     for (const int more_vertices : {-2, -1, 1, 2, 3}) {
-      const std::string counts =
-          fmt::format("{} {} 0", static_cast<int>(mesh.positions.size()) + more_vertices, mesh.triangles.size());
-      EXPECT_TRUE(refusal("OFF\n" + counts + body, MeshFormat::kOff)) << counts;
+      const std::string head =
+          fmt::format("OFF\n{} {} 0", static_cast<int>(mesh.positions.size()) + more_vertices, mesh.triangles.size());
+      EXPECT_TRUE(refusal(head + body, MeshFormat::kOff)) << head;
     }
-    const std::string counts = fmt::format("{} {} 0", mesh.positions.size(), mesh.triangles.size() + 1);
-    EXPECT_TRUE(refusal("OFF\n" + counts + body, MeshFormat::kOff)) << counts;
+    const std::string head = fmt::format("OFF\n{} {} 0", mesh.positions.size(), mesh.triangles.size() + 1);
+    EXPECT_TRUE(refusal(head + body, MeshFormat::kOff)) << head;
   }
 }
 

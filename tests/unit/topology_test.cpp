@@ -110,13 +110,13 @@ TEST(Topology, ACubeTurnedInsideOutIsConcave) {
 }
 
 TEST(Topology, CountsComponentsBySharedVertices) {
-  Mesh two = test::cube(1);
-  const Mesh other = test::icosphere(1);
-  const auto offset = static_cast<Index>(two.positions.size());
-  two.positions.insert(two.positions.end(), other.positions.begin(), other.positions.end());
-  for (const auto& [a, b, c] : other.triangles) two.triangles.push_back({a + offset, b + offset, c + offset});
+  Mesh two = test::joined({test::cube(1), test::icosphere(1)});
   two.positions.emplace_back(9, 9, 9);
-  EXPECT_EQ(find_components(two).count, 2U);
+  const Components components = find_components(two);
+  EXPECT_EQ(components.count, 2U);
+  EXPECT_EQ(components.of_vertex.front(), 0U);
+  EXPECT_EQ(components.of_vertex[two.positions.size() - 2], 1U);
+  EXPECT_EQ(components.of_vertex.back(), kNone);
 }
 
 TEST(Topology, MeanEdgeLengthOfAUnitCubeAveragesSidesAndDiagonals) {
