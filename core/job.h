@@ -31,12 +31,12 @@ struct ResultFacts {
   std::uint32_t ridge_edges = 0;
   double ridge_length = 0;  ///< in the upload's units
   std::uint32_t ridge_lines = 0, corners = 0, segments = 0;
-  double max_displacement = 0;              ///< in mean edge lengths
-  double rms_displacement = 0;              ///< in mean edge lengths
-  double volume_change = 0;                 ///< relative; of the signed volume, 0 when the upload encloses none
-  double seconds = 0;                       ///< of smoothing alone
-  std::optional<ChoiceReport> choice;       ///< of solver=descent; where components stand apart, that of the largest
-  std::vector<ChoiceReport> other_choices;  ///< of the other components that stand apart
+  double max_displacement = 0;         ///< in mean edge lengths
+  double rms_displacement = 0;         ///< in mean edge lengths
+  double volume_change = 0;            ///< relative; of the signed volume, 0 when the upload encloses none
+  double seconds = 0;                  ///< of smoothing alone
+  std::optional<ChoiceReport> choice;  ///< of solver=descent; where components are smoothed apart, that of the largest
+  std::vector<ChoiceReport> other_choices;  ///< of the other components that are smoothed apart
   std::optional<UncertaintyFacts> uncertainty;
 };
 

@@ -14,7 +14,7 @@ struct Component {
   double mean_edge() const { return edges > 0 ? length / static_cast<double>(edges) : 0; }
 };
 
-std::vector<Component> measured(const Components& components, const Mesh& mesh, const Topology& topology) {
+std::vector<Component> sizes_of(const Components& components, const Mesh& mesh, const Topology& topology) {
   std::vector<Component> all(components.count);
   for (const Triangle& triangle : mesh.triangles) ++all[components.of_vertex[triangle[0]]].faces;
   for (const Edge& edge : topology.edges) {
@@ -61,7 +61,7 @@ std::vector<MeshPart> parts_of(const Mesh& mesh, const Topology& topology) {
   if (mesh.triangles.size() < 2 * kFewestFacesOfUnlikePart) return {};
   const Components components = find_components(mesh);
   if (components.count < 2) return {};
-  const std::vector<Component> all = measured(components, mesh, topology);
+  const std::vector<Component> all = sizes_of(components, mesh, topology);
   const std::vector<Index> heads = heads_of(all, mesh.triangles.size());
   if (heads.size() < 2) return {};
   const std::vector<Index> part_of_component = parts_of_components(all, heads);

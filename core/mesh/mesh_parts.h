@@ -14,15 +14,15 @@ struct MeshPart {
   std::vector<Index> vertices, edges;  ///< their numbers in the whole
 };
 
-/// A component of so many faces tells by itself how its noise and its shape are. A smaller one is told from what is
-/// alike: whether a coarse mesh has noise at all, its neighbours know better. It needs so many where nothing is alike:
-/// where its edges are more than `kUnlikeEdges` times as long as those of any larger part, or as many times shorter.
+/// With so many faces a component is judged on its own. A smaller one joins what is similar, since a small coarse mesh
+/// hardly shows whether it has noise at all. It needs fewer where nothing is similar: where its edges are longer or
+/// shorter than those of every larger part by more than this factor.
 inline constexpr std::size_t kFewestFacesOfPart = 4000, kFewestFacesOfUnlikePart = 500;
 inline constexpr double kUnlikeEdges = 1.6;
 /// Every part costs a choice. Those of meshes that take seconds have at least a sixteenth of the faces.
 inline constexpr std::size_t kMostParts = 32, kMostPartsOfSeconds = 16;
 
-/// Components that tell enough each make a part; every other one goes with the part whose edges are most alike in
+/// Each component that is judged on its own makes a part; every other one joins the part whose edges are closest in
 /// length. The part of the component with the most faces comes first; it has the isolated vertices, too. Empty where
 /// the whole is one part.
 std::vector<MeshPart> parts_of(const Mesh& mesh, const Topology& topology);

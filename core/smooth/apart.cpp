@@ -36,11 +36,11 @@ class ApartRun {
         on_sweep_(std::move(context.on_sweep)),
         checkpoint_(context.checkpoint),
         weights_(weights),
-        unit_(mean_edge_length(measured.positions, topology.edges)) {
+        unit_(mean_edge_length(measured.positions, topology.edges)),
+        faces_(measured.triangles.size()) {
     result_.positions = measured.positions;
     result_.labels.assign(topology.edges.size(), 0);
     if (options.uncertainty) result_.sigma.assign(measured.positions.size(), 0);
-    for (const MeshPart& part : parts) faces_ += part.mesh.triangles.size();
     context_.on_sweep = nullptr;
   }
   ~ApartRun() {
@@ -62,35 +62,30 @@ class ApartRun {
   }
 
  private:
-  /// Lengths are in ℓ of the whole; the run of a part has them in its own.
-  double own_unit(const MeshPart& part, const Topology& topology) const {
-    return mean_edge_length(part.mesh.positions, topology.edges) / unit_;
-  }
-
+  /// The caller gives and gets lengths in ℓ of the whole; the run of a part has them in ℓ of the part.
   SmoothResult smoothed(std::size_t i) {
     const MeshPart& part = parts_[i];
     const Topology topology = build_topology(part.mesh);
-    const double unit = own_unit(part, topology);
+    part_unit_ = mean_edge_length(part.mesh.positions, topology.edges) / unit_;
     MrfOptions options = options_;
-    options.noise_sigma /= unit;
+    options.noise_sigma /= part_unit_;
     std::vector<double> weights;
     if (!weights_.empty()) {
       for (const Index v : part.vertices) weights.push_back(weights_[v]);
     }
     SmoothResult result = smooth_automatically(part.mesh, topology, options, threads_, context_, weights);
     if (result.choice) {
-      result.choice->noise_sigma *= unit;
-      result.choice->noise_sigma_first *= unit;
+      result.choice->noise_sigma *= part_unit_;
+      result.choice->noise_sigma_first *= part_unit_;
     }
+    for (SweepRecord& record : result.sweeps) record.rms_displacement *= part_unit_;
     return result;
   }
 
   void add(std::size_t i, SmoothResult of_part) {
-    if (!of_part.cancelled) {
-      StateArchive archive;
-      exchange(archive, parts_[i], of_part);
-      done_.push_back(on_sweep_ ? archive.take_bytes() : std::string());
-    }
+    StateArchive archive;
+    if (on_sweep_ && !of_part.cancelled) exchange(archive, parts_[i], of_part);
+    done_.push_back(archive.take_bytes());
     place(parts_[i].vertices, of_part.positions, result_.positions);
     place(parts_[i].edges, of_part.labels, result_.labels);
     if (!of_part.sigma.empty()) place(parts_[i].vertices, of_part.sigma, result_.sigma);
@@ -120,6 +115,7 @@ class ApartRun {
   SweepView shown(const SweepView& view, std::size_t i) {
     record_ = view.record;
     record_.sweep += static_cast<std::uint32_t>(result_.sweeps.size());
+    record_.rms_displacement *= part_unit_;
     SweepView all{record_,
                   static_cast<std::uint32_t>(result_.sweeps.size()) + view.sweeps,
                   result_.seconds + view.seconds,
@@ -188,12 +184,14 @@ class ApartRun {
   std::function<bool(const SweepView&)> on_sweep_;  ///< the caller's
   std::string_view checkpoint_;                     ///< the caller's
   std::span<const double> weights_;
-  double unit_;  ///< ℓ of the whole
+  double unit_;           ///< ℓ of the whole
+  std::size_t faces_;     ///< of the whole
+  double part_unit_ = 1;  ///< ℓ of the part that is smoothed, over that of the whole
 
   SmoothResult result_;
   SweepRecord record_;             ///< the last one that the caller saw
   std::vector<std::string> done_;  ///< parts, as checkpoints have them; empty where nobody asks for any
-  std::size_t faces_ = 0, faces_done_ = 0;
+  std::size_t faces_done_ = 0;
 };
 
 }  // namespace

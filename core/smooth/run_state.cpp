@@ -3,19 +3,6 @@
 namespace crease {
 namespace {
 
-constexpr std::uint32_t kMost = 10'000;  ///< of records, and of candidates
-
-template <typename Item>
-void exchange_all(StateArchive& archive, std::vector<Item>& items) {
-  auto count = static_cast<std::uint32_t>(items.size());
-  archive.value(count);
-  if (count > kMost) throw CheckpointError("the checkpoint is not of this program");
-  items.resize(count);
-  for (Item& item : items) exchange(archive, item);
-}
-
-}  // namespace
-
 void exchange(StateArchive& archive, SweepRecord& record) {
   std::uint8_t trial = record.stage == kChoiceStage ? 1 : 0;
   archive.value(trial);
@@ -26,19 +13,34 @@ void exchange(StateArchive& archive, SweepRecord& record) {
   archive.value(record.rms_displacement);
 }
 
-void exchange(StateArchive& archive, std::vector<SweepRecord>& records) { exchange_all(archive, records); }
-
-static void exchange(StateArchive& archive, CandidateReport& candidate) {
+void exchange(StateArchive& archive, CandidateReport& candidate) {
   archive.text(candidate.family);
   archive.value(candidate.weight);
   archive.value(candidate.expected_error);
 }
+
+template <typename Item>
+void exchange_all(StateArchive& archive, std::vector<Item>& items) {
+  constexpr std::uint32_t kMost = 10'000;
+  auto count = static_cast<std::uint32_t>(items.size());
+  archive.value(count);
+  if (count > kMost) throw CheckpointError("the checkpoint is not of this program");
+  items.resize(count);
+  for (Item& item : items) exchange(archive, item);
+}
+
+}  // namespace
+
+void exchange(StateArchive& archive, std::vector<SweepRecord>& records) { exchange_all(archive, records); }
 
 void exchange(StateArchive& archive, ChoiceReport& report) {
   archive.value(report.faces);
   archive.value(report.noise_sigma_first);
   archive.value(report.noise_sigma);
   archive.value(report.direction);
+  if (static_cast<std::size_t>(report.direction) >= words_of(NoiseDirection{}).size()) {
+    throw CheckpointError("the checkpoint is not of this program");
+  }
   archive.value(report.impulsive);
   archive.value(report.moved_share);
   archive.value(report.varying);

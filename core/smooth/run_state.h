@@ -1,6 +1,6 @@
 #pragma once
 
-#include <string>
+#include <vector>
 
 #include "core/base/state_archive.h"
 #include "core/choice/report.h"
@@ -10,12 +10,10 @@ namespace crease {
 
 // What checkpoints of the automatic setting have of records and reports.
 
-/// A record of the vertex stage or of the choice.
-void exchange(StateArchive& archive, SweepRecord& record);
-
-/// \throw CheckpointError for more records than any run has
+/// Of the vertex stage and of the choice. \throw CheckpointError for more records than any run has
 void exchange(StateArchive& archive, std::vector<SweepRecord>& records);
 
+/// \throw CheckpointError for a direction that there is not, or more candidates than any choice has
 void exchange(StateArchive& archive, ChoiceReport& report);
 
 }  // namespace crease

@@ -59,8 +59,8 @@ struct SmoothResult {
   std::uint64_t site_proposals = 0, label_proposals = 0;
   double seconds = 0;  ///< those before the checkpoint included
   bool cancelled = false;
-  std::optional<ChoiceReport> choice;       ///< of solver=descent; where components stand apart, that of the largest
-  std::vector<ChoiceReport> other_choices;  ///< of the other components that stand apart
+  std::optional<ChoiceReport> choice;  ///< of solver=descent; where components are smoothed apart, that of the largest
+  std::vector<ChoiceReport> other_choices;  ///< of the other components that are smoothed apart
   std::vector<double>
       sigma;  ///< standard deviation of each vertex along its normal, in the units of the upload; or empty
 };

@@ -134,6 +134,10 @@ TEST(SmoothApart, EachPartComesOutAsItDoesAlone) {
       EXPECT_EQ(choice.family, alone.choice->family);
       const double own_unit = mean_edge_length(parts[i].mesh.positions, build_topology(parts[i].mesh).edges);
       EXPECT_NEAR(choice.noise_sigma * unit, alone.choice->noise_sigma * own_unit, 1e-12);
+      for (std::size_t k = 0; k < alone.sweeps.size(); ++k) {
+        EXPECT_NEAR(together.sweeps.at(sweeps + k).rms_displacement * unit, alone.sweeps[k].rms_displacement * own_unit,
+                    1e-12);
+      }
       sweeps += alone.sweeps.size();
     }
     EXPECT_EQ(together.sweeps.size(), sweeps);
