@@ -86,6 +86,18 @@ struct alignas(16) LaneRow {
   HalfLanes row{};
 };
 
+/// Of rows x, y, z, 0.
+CREASE_LANES_INLINE float dot(const HalfLanes& a, const HalfLanes& b) {
+  const HalfLanes products = a * b;
+  return products[0] + products[1] + products[2];
+}
+
+/// Zero for a row without a direction.
+CREASE_LANES_INLINE HalfLanes normalized(const HalfLanes& row) {
+  const float square = dot(row, row);
+  return square > 0 ? row / std::sqrt(square) : HalfLanes{};
+}
+
 /// Eight vectors, one in each lane.
 struct alignas(32) LaneVectors {
   Lanes x{}, y{}, z{};

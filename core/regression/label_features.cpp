@@ -8,16 +8,6 @@ namespace {
 
 constexpr float kLeastLength = 0.02F;  ///< of an edge
 
-float squared_norm(const HalfLanes& row) {
-  const HalfLanes squares = row * row;
-  return squares[0] + squares[1] + squares[2];
-}
-
-HalfLanes unit_of(const HalfLanes& row) {
-  const float square = squared_norm(row);
-  return square > 0 ? row / std::sqrt(square) : HalfLanes{};
-}
-
 std::vector<float> turns_of(const FlatMesh& mesh, std::span<const float> unit_normals, ThreadTeam& team) {
   std::vector<LaneRow> normals(mesh.face_count);
   for_each(mesh.face_count, team, [&](std::size_t f) {
@@ -29,7 +19,8 @@ std::vector<float> turns_of(const FlatMesh& mesh, std::span<const float> unit_no
     const auto normal = [&](std::size_t side) {
       return normals[static_cast<std::size_t>(mesh.edge_faces[side][e])].row;
     };
-    turns[e] = std::sqrt(squared_norm(normal(0) - normal(1)));
+    const HalfLanes turn = normal(0) - normal(1);
+    turns[e] = std::sqrt(dot(turn, turn));
   });
   return turns;
 }
@@ -38,7 +29,11 @@ std::vector<float> turns_of(const FlatMesh& mesh, std::span<const float> unit_no
 
 LabelFeatures::LabelFeatures(const FlatMesh& mesh, std::span<const float> positions, std::span<const float> reference,
                              std::span<const float> normals, const DescentSight& sight, ThreadTeam& team)
-    : mesh_(mesh), along_(mesh.edge_count), lengths_(mesh.edge_count), sight_(sight.features()) {
+    : mesh_(mesh),
+      along_(mesh.edge_count),
+      lengths_(mesh.edge_count),
+      walks_(mesh, positions, turns_[kOfResult], along_, team),
+      sight_(sight.features()) {
   turns_[kOfResult] = turns_of(mesh, face_normals(mesh, positions, team), team);
   turns_[kOfUpload] = turns_of(mesh, face_normals(mesh, mesh.measured, team), team);
   turns_[kOfReference] =
@@ -50,8 +45,8 @@ LabelFeatures::LabelFeatures(const FlatMesh& mesh, std::span<const float> positi
       return HalfLanes{x, y, z, 0};
     };
     const HalfLanes along = end(1) - end(0);
-    along_[e].row = unit_of(along);
-    lengths_[e] = std::log(std::max(kLeastLength, std::sqrt(squared_norm(along))));
+    along_[e].row = normalized(along);
+    lengths_[e] = std::log(std::max(kLeastLength, std::sqrt(dot(along, along))));
   });
 }
 
@@ -62,8 +57,7 @@ std::array<float, 2> LabelFeatures::turns_beyond(std::size_t edge, std::size_t s
   for (const Index other : mesh_.vertex_stencils[static_cast<std::size_t>(vertex)]) {
     const bool begins = mesh_.edge_ends[0][other] == vertex;
     if (other == edge || (!begins && mesh_.edge_ends[1][other] != vertex)) continue;
-    const HalfLanes products = outward * along_[other].row;
-    const float sum = products[0] + products[1] + products[2], cosine = begins ? sum : -sum;
+    const float product = dot(outward, along_[other].row), cosine = begins ? product : -product;
     for (std::size_t k = 0; k < kTelling.size(); ++k) {
       largest[k] = std::max(largest[k], turns_[kTelling[k]][other] * cosine);
     }
@@ -93,6 +87,7 @@ void LabelFeatures::put_edge(std::size_t edge, std::size_t lane, Block& block) c
   }
   put(lengths_[edge]);
   for (const float number : sight_) put(number);
+  for (const float number : walks_.features(edge)) put(number);
 }
 
 LabelFeatures::Block LabelFeatures::block(std::size_t block) const {

@@ -8,6 +8,7 @@
 #include "core/geometry/lanes.h"
 #include "core/graduated/flat_mesh.h"
 #include "core/regression/normal_features.h"
+#include "core/regression/ridge_walks.h"
 
 namespace crease {
 
@@ -15,7 +16,7 @@ namespace crease {
 /// the reference, where the regression of normals wants them, and in the upload, and the same of the edges around.
 class LabelFeatures {
  public:
-  static constexpr std::size_t kCount = 17 + DescentSight::kFeatures;
+  static constexpr std::size_t kCount = 17 + RidgeWalks::kFeatures + DescentSight::kFeatures;
   using Block = LaneArray<kCount>;  ///< of eight edges, one in each lane
 
   /// `positions` are those of the result; `reference` may be empty, and so may `normals`, three numbers for each face,
@@ -40,6 +41,7 @@ class LabelFeatures {
   std::array<std::vector<float>, kSources> turns_;  ///< ‖n_i − n_j‖ per edge
   std::vector<LaneRow> along_;                      ///< unit directions of the edges
   std::vector<float> lengths_;                      ///< log
+  RidgeWalks walks_;
   std::array<float, DescentSight::kFeatures> sight_;
 };
 

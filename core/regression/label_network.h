@@ -9,7 +9,7 @@ namespace crease {
 
 /// Two layers of rectified units; the logistic function of what comes out is the label.
 struct LabelNetwork {
-  static constexpr std::size_t kHidden = 32;
+  static constexpr std::size_t kHidden = 48;
 
   LayerWeights<kHidden, LabelFeatures::kCount> first;
   std::array<float, kHidden> first_bias;

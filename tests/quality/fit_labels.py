@@ -10,7 +10,7 @@ from torch import nn
 
 from network_fit import print_layer, print_network, read_rows, train
 
-EPOCHS, BATCH, RATE = 24, 4096, 3e-3
+EPOCHS, BATCH, RATE = 30, 4096, 3e-3
 
 
 class Network(nn.Module):
