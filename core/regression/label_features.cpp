@@ -32,13 +32,14 @@ LabelFeatures::LabelFeatures(const FlatMesh& mesh, std::span<const float> positi
     : mesh_(mesh),
       along_(mesh.edge_count),
       lengths_(mesh.edge_count),
-      walks_(mesh, positions, turns_[kOfResult], along_, team),
+      walks_(mesh, positions, turns_[kOfResult], along_, spokes_, team),
       sight_(sight.features()) {
   turns_[kOfResult] = turns_of(mesh, face_normals(mesh, positions, team), team);
   turns_[kOfUpload] = turns_of(mesh, face_normals(mesh, mesh.measured, team), team);
   turns_[kOfReference] =
       reference.empty() ? turns_[kOfResult] : turns_of(mesh, face_normals(mesh, reference, team), team);
   turns_[kOfWanted] = normals.empty() ? turns_[kOfResult] : turns_of(mesh, normals, team);
+  spokes_ = Spokes(mesh, turns_[kOfResult], turns_[kOfWanted]);
   for_each(mesh.edge_count, team, [&](std::size_t e) {
     const auto end = [&](std::size_t side) {
       const auto [x, y, z] = vector_at(positions, static_cast<std::size_t>(mesh.edge_ends[side][e]));
@@ -54,7 +55,7 @@ std::array<float, 2> LabelFeatures::turns_beyond(std::size_t edge, std::size_t s
   const FlatIndex vertex = mesh_.edge_ends[side][edge];
   const HalfLanes outward = side == 1 ? along_[edge].row : -along_[edge].row;
   std::array<float, 2> largest{};
-  for (const Index other : mesh_.vertex_stencils[static_cast<std::size_t>(vertex)]) {
+  for (const Index other : spokes_.at(vertex)) {
     const bool begins = mesh_.edge_ends[0][other] == vertex;
     if (other == edge || (!begins && mesh_.edge_ends[1][other] != vertex)) continue;
     const float product = dot(outward, along_[other].row), cosine = begins ? product : -product;

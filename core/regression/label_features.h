@@ -9,11 +9,13 @@
 #include "core/graduated/flat_mesh.h"
 #include "core/regression/normal_features.h"
 #include "core/regression/ridge_walks.h"
+#include "core/regression/spokes.h"
 
 namespace crease {
 
 /// What the regression of labels sees of edges: how far the normals of the faces on both sides differ in the result, in
-/// the reference, where the regression of normals wants them, and in the upload, and the same of the edges around.
+/// the reference, where the regression of normals wants them, and in the upload, and the same of the edges around and
+/// of the ridge that the edge is part of.
 class LabelFeatures {
  public:
   static constexpr std::size_t kCount = 17 + RidgeWalks::kFeatures + DescentSight::kFeatures;
@@ -23,6 +25,8 @@ class LabelFeatures {
   /// which the regression wants. All must outlive the object.
   LabelFeatures(const FlatMesh& mesh, std::span<const float> positions, std::span<const float> reference,
                 std::span<const float> normals, const DescentSight& sight, ThreadTeam& team);
+  LabelFeatures(const LabelFeatures&) = delete;  // the walks refer to what it has
+  LabelFeatures& operator=(const LabelFeatures&) = delete;
 
   /// Of edges 8 · `block` and on; lanes beyond the last edge have no meaning.
   Block block(std::size_t block) const;
@@ -41,6 +45,7 @@ class LabelFeatures {
   std::array<std::vector<float>, kSources> turns_;  ///< ‖n_i − n_j‖ per edge
   std::vector<LaneRow> along_;                      ///< unit directions of the edges
   std::vector<float> lengths_;                      ///< log
+  Spokes spokes_;
   RidgeWalks walks_;
   std::array<float, DescentSight::kFeatures> sight_;
 };

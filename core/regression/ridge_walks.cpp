@@ -28,11 +28,12 @@ std::vector<LaneRow> area_vectors(const FlatMesh& mesh, std::span<const float> p
 }  // namespace
 
 RidgeWalks::RidgeWalks(const FlatMesh& mesh, std::span<const float> positions, const std::vector<float>& turns,
-                       const std::vector<LaneRow>& along, ThreadTeam& team)
+                       const std::vector<LaneRow>& along, const Spokes& spokes, ThreadTeam& team)
     : mesh_(mesh),
       positions_(positions),
       turns_(turns),
       along_(along),
+      spokes_(spokes),
       of_upload_(area_vectors(mesh, mesh.measured, team)),
       of_result_(area_vectors(mesh, positions, team)) {}
 
@@ -62,7 +63,7 @@ std::optional<std::size_t> RidgeWalks::next(std::size_t edge, std::size_t side) 
   const HalfLanes outward = side == 1 ? along_[edge].row : -along_[edge].row;
   float most = kLeastContinuation;
   std::optional<std::size_t> found;
-  for (const Index other : mesh_.vertex_stencils[static_cast<std::size_t>(vertex)]) {
+  for (const Index other : spokes_.at(vertex)) {
     const bool begins = mesh_.edge_ends[0][other] == vertex;
     if (other == edge || (!begins && mesh_.edge_ends[1][other] != vertex)) continue;
     const float product = dot(outward, along_[other].row), forward = begins ? product : -product;

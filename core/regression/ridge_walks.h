@@ -9,6 +9,7 @@
 #include "core/base/thread_team.h"
 #include "core/geometry/lanes.h"
 #include "core/graduated/flat_mesh.h"
+#include "core/regression/spokes.h"
 
 namespace crease {
 
@@ -27,7 +28,7 @@ class RidgeWalks {
   /// `positions` are those of the result, `turns` how far each edge turns there, `along` the directions of the edges.
   /// All must outlive the object.
   RidgeWalks(const FlatMesh& mesh, std::span<const float> positions, const std::vector<float>& turns,
-             const std::vector<LaneRow>& along, ThreadTeam& team);
+             const std::vector<LaneRow>& along, const Spokes& spokes, ThreadTeam& team);
 
   Features features(std::size_t edge) const;
 
@@ -51,6 +52,7 @@ class RidgeWalks {
   std::span<const float> positions_;
   const std::vector<float>& turns_;
   const std::vector<LaneRow>& along_;
+  const Spokes& spokes_;
   std::vector<LaneRow> of_upload_, of_result_;  ///< area vectors of the faces
 };
 

@@ -16,6 +16,7 @@
 #include "core/regression/label_regression.h"
 #include "core/regression/normal_regression.h"
 #include "core/regression/passes.h"
+#include "core/regression/spokes.h"
 #include "tests/support/meshes.h"
 
 namespace crease {
@@ -183,6 +184,29 @@ TEST(NormalRegression, GivesFacesWithoutAreaNoNormal) {
       EXPECT_NEAR(vector_of(normals, f).norm(), flat_face ? 0 : 1, 1e-4) << name << " " << f;
     }
   }
+}
+
+/// Looking for what goes on beyond each edge at the tip of a fan once took the square of their number.
+TEST(Spokes, AreThoseThatTurnMostWhereThereAreVeryMany) {
+  constexpr int kBlades = 300;
+  Mesh fan;
+  fan.positions.emplace_back(0, 0, 20);
+  for (int i = 0; i < kBlades; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kBlades;
+    fan.positions.emplace_back(50 * std::cos(angle), 50 * std::sin(angle), 0);
+  }
+  for (Index i = 0; i < kBlades; ++i) fan.triangles.push_back({0, i + 1, (i + 1) % kBlades + 1});
+  const FlatMesh mesh = flat(fan);
+  ASSERT_EQ(mesh.edge_count, kBlades);
+  std::vector<float> turns(mesh.edge_count), others(mesh.edge_count);
+  for (std::size_t e = 0; e < mesh.edge_count; ++e)
+    (e % 2 == 0 ? turns : others)[e] = static_cast<float>(e * 7 % kBlades);
+  const Spokes spokes(mesh, turns, others);
+  const std::span<const Index> found = spokes.at(0);
+  EXPECT_EQ(found.size(), Spokes::kOfMore);
+  for (const Index e : found) EXPECT_GE(std::max(turns[e], others[e]), kBlades - static_cast<int>(Spokes::kOfMore));
+  const std::span<const Index> at_rim = spokes.at(1);
+  EXPECT_TRUE(std::ranges::equal(at_rim, mesh.vertex_stencils[1]));
 }
 
 /// A sheet of the plane, bent by `angle` about the line y = 8 and, for a chamfer, about y = 9, too.
