@@ -52,17 +52,12 @@ LabelFeatures::LabelFeatures(const FlatMesh& mesh, std::span<const float> positi
 }
 
 std::array<float, 2> LabelFeatures::turns_beyond(std::size_t edge, std::size_t side) const {
-  const FlatIndex vertex = mesh_.edge_ends[side][edge];
-  const HalfLanes outward = side == 1 ? along_[edge].row : -along_[edge].row;
   std::array<float, 2> largest{};
-  for (const Index other : spokes_.at(vertex)) {
-    const bool begins = mesh_.edge_ends[0][other] == vertex;
-    if (other == edge || (!begins && mesh_.edge_ends[1][other] != vertex)) continue;
-    const float product = dot(outward, along_[other].row), cosine = begins ? product : -product;
+  spokes_.for_each_beyond(edge, side, along_, [&](std::size_t other, float cosine) {
     for (std::size_t k = 0; k < kTelling.size(); ++k) {
       largest[k] = std::max(largest[k], turns_[kTelling[k]][other] * cosine);
     }
-  }
+  });
   return largest;
 }
 

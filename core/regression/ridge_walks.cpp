@@ -59,19 +59,14 @@ bool RidgeWalks::is_convex(std::size_t edge) const {
 }
 
 std::optional<std::size_t> RidgeWalks::next(std::size_t edge, std::size_t side) const {
-  const FlatIndex vertex = mesh_.edge_ends[side][edge];
-  const HalfLanes outward = side == 1 ? along_[edge].row : -along_[edge].row;
   float most = kLeastContinuation;
   std::optional<std::size_t> found;
-  for (const Index other : spokes_.at(vertex)) {
-    const bool begins = mesh_.edge_ends[0][other] == vertex;
-    if (other == edge || (!begins && mesh_.edge_ends[1][other] != vertex)) continue;
-    const float product = dot(outward, along_[other].row), forward = begins ? product : -product;
-    if (turns_[other] * forward > most) {
-      most = turns_[other] * forward;
+  spokes_.for_each_beyond(edge, side, along_, [&](std::size_t other, float cosine) {
+    if (turns_[other] * cosine > most) {
+      most = turns_[other] * cosine;
       found = other;
     }
-  }
+  });
   return found;
 }
 

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/geometry/lanes.h"
 #include "core/graduated/flat_mesh.h"
 
 namespace crease {
@@ -22,6 +23,20 @@ class Spokes {
 
   /// Edges; those that do not end at `vertex` have to be passed over.
   std::span<const Index> at(FlatIndex vertex) const;
+
+  /// Visits the edges beyond end number `side` of an edge, with the cosine between going along it and going on along
+  /// them. `along` are the directions of all edges.
+  template <typename Visit>
+  void for_each_beyond(std::size_t edge, std::size_t side, const std::vector<LaneRow>& along, Visit visit) const {
+    const FlatIndex vertex = mesh_->edge_ends[side][edge];
+    const HalfLanes outward = side == 1 ? along[edge].row : -along[edge].row;
+    for (const Index other : at(vertex)) {
+      const bool begins = mesh_->edge_ends[0][other] == vertex;
+      if (other == edge || (!begins && mesh_->edge_ends[1][other] != vertex)) continue;
+      const float product = dot(outward, along[other].row);
+      visit(other, begins ? product : -product);
+    }
+  }
 
  private:
   const FlatMesh* mesh_ = nullptr;

@@ -199,8 +199,9 @@ TEST(Spokes, AreThoseThatTurnMostWhereThereAreVeryMany) {
   const FlatMesh mesh = flat(fan);
   ASSERT_EQ(mesh.edge_count, kBlades);
   std::vector<float> turns(mesh.edge_count), others(mesh.edge_count);
-  for (std::size_t e = 0; e < mesh.edge_count; ++e)
+  for (std::size_t e = 0; e < mesh.edge_count; ++e) {
     (e % 2 == 0 ? turns : others)[e] = static_cast<float>(e * 7 % kBlades);
+  }
   const Spokes spokes(mesh, turns, others);
   const std::span<const Index> found = spokes.at(0);
   EXPECT_EQ(found.size(), Spokes::kOfMore);
