@@ -12,6 +12,7 @@
 #include "core/graduated/energy.h"
 #include "core/measure/measure.h"
 #include "core/measure/noise.h"
+#include "core/options/options.h"
 #include "core/regression/face_turning.h"
 #include "core/regression/label_regression.h"
 #include "core/regression/normal_regression.h"
