@@ -49,9 +49,9 @@ double mean(std::span<const float> angles) {
 
 }  // namespace
 
-std::array<double, OddsModel::kNumbers> OddsModel::numbers_of(const NoiseSpectrum& spectrum) {
+ScanOdds::Numbers scan_numbers(const NoiseSpectrum& spectrum) {
   const auto& bands = spectrum.bands;
-  std::array<double, kNumbers> numbers{};
+  ScanOdds::Numbers numbers{};
   auto next = numbers.begin();
   for (std::size_t k = 0; k + 1 < kTellingBands; ++k) *next++ = std::log(bands[k + 1].low / bands[k].low);
   for (std::size_t k = 0; k < kTellingBands; ++k) *next++ = log_of(bands[k].high / bands[k].low);
@@ -60,26 +60,7 @@ std::array<double, OddsModel::kNumbers> OddsModel::numbers_of(const NoiseSpectru
   return numbers;
 }
 
-std::array<double, 2 * OddsModel::kNumbers + 1> OddsModel::terms_of(const std::array<double, kNumbers>& numbers) const {
-  std::array<double, 2 * kNumbers + 1> terms{};
-  for (std::size_t k = 0; k < kNumbers; ++k) {
-    terms[k] = standardised(numbers[k], means[k], deviations[k]);
-    terms[kNumbers + k] = terms[k] * terms[k];
-  }
-  terms.back() = 1;
-  return terms;
-}
-
-double OddsModel::log_odds(const std::array<double, kNumbers>& numbers) const {
-  const auto terms = terms_of(numbers);
-  double sum = 0;
-  for (std::size_t k = 0; k < terms.size(); ++k) sum += factors[k] * terms[k];
-  return sum;
-}
-
-bool may_be_correlated(const NoiseSpectrum& spectrum) {
-  return kScanOdds.log_odds(OddsModel::numbers_of(spectrum)) > 0;
-}
+bool may_be_correlated(const NoiseSpectrum& spectrum) { return kScanOdds.log_odds(scan_numbers(spectrum)) > 0; }
 
 bool counts_as_scan(const ScanModel& model, const ScanFeatures& features) {
   constexpr double kLeastGain = 0.15, kUnfamiliar = 1, kLeastGainOfOneView = 0, kUnfamiliarView = 0.65;
@@ -122,7 +103,7 @@ NoiseSpectrum spectrum_of(const ScanFeatures& features) {
   return spectrum;
 }
 
-const OddsModel kScanOdds = kFittedOdds;
+const ScanOdds kScanOdds = kFittedScanOdds;
 const ScanModel kFittedScanModel{{kScanFeatureMeans, kScanFeatureDeviations, kScanMeanErrors, kScanLandmarks}};
 
 }  // namespace crease

@@ -7,26 +7,20 @@
 #include "core/choice/error_model.h"
 #include "core/choice/families.h"
 #include "core/choice/noise_spectrum.h"
+#include "core/choice/odds_model.h"
 
 namespace crease {
 
 /// The finest bands of the spectrum, which tell whether the noise may be correlated at all.
 inline constexpr std::size_t kTellingBands = 5;
 
-/// Odds, as a logarithm, that a mesh whose spectrum looks like this comes out better when its noise counts as
-/// correlated: logistic regression on numbers and their squares, the numbers standardised. The numbers are the growth
-/// of the lowest density from band to band, how much more there is elsewhere, band by band, the finest density, all as
-/// logarithms, and the signs of how the mesh was captured.
-struct OddsModel {
-  static constexpr std::size_t kNumbers = 2 * kTellingBands + 3;
-  std::array<double, kNumbers> means{}, deviations{};
-  std::array<double, 2 * kNumbers + 1> factors{};  ///< of the numbers, of their squares, of 1
+/// Odds that a mesh whose spectrum looks like this comes out better when its noise counts as correlated.
+using ScanOdds = OddsModel<2 * kTellingBands + 3>;
 
-  static std::array<double, kNumbers> numbers_of(const NoiseSpectrum& spectrum);
-  /// What the factors are for.
-  std::array<double, 2 * kNumbers + 1> terms_of(const std::array<double, kNumbers>& numbers) const;
-  double log_odds(const std::array<double, kNumbers>& numbers) const;
-};
+/// The growth of the lowest density from band to band, how much more there is elsewhere, band by band, the finest
+/// density, all as logarithms, and the signs of how the mesh was captured.
+ScanOdds::Numbers scan_numbers(const NoiseSpectrum& spectrum);
+
 /// Of the spectrum, only the telling bands need be known.
 bool may_be_correlated(const NoiseSpectrum& spectrum);
 
@@ -62,6 +56,6 @@ NoiseSpectrum spectrum_of(const ScanFeatures& features);
 /// Fitted on pairs with correlated noise, of depth cameras and other, with independent noise, and without
 /// (tests/quality/fit_scans.cpp).
 extern const ScanModel kFittedScanModel;
-extern const OddsModel kScanOdds;
+extern const ScanOdds kScanOdds;
 
 }  // namespace crease

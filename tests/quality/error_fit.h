@@ -12,6 +12,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "core/choice/choice.h"
@@ -137,6 +138,38 @@ inline Eigen::MatrixXd ridge_slopes(const Eigen::MatrixXd& inputs, const Eigen::
   return (inputs.transpose() * inputs + penalty).llt().solve(inputs.transpose() * errors);
 }
 
+/// What a logistic regression is to say of a sample, and how much that counts.
+struct Verdict {
+  bool is_so = false;
+  double weight = 1;
+};
+
+/// Logistic regression by Newton's method, of a model that is standardised.
+template <typename Model, typename AnySample, typename Numbers, typename VerdictOn>
+void fit_odds(Model& model, const std::vector<const AnySample*>& samples, Numbers AnySample::*numbers,
+              VerdictOn verdict_on) {
+  constexpr double kPenalty = 1;
+  constexpr int kSteps = 30;
+  constexpr auto kTerms = static_cast<Eigen::Index>(std::tuple_size_v<typename Model::Terms>);
+  using Terms = Eigen::Matrix<double, kTerms, 1>;
+  using Square = Eigen::Matrix<double, kTerms, kTerms>;
+  Terms factors = Terms::Zero();
+  for (int step = 0; step < kSteps; ++step) {
+    Terms slope = -kPenalty * factors;
+    Square curvature = Square::Identity() * kPenalty;
+    for (const AnySample* sample : samples) {
+      const auto row = model.terms_of(sample->*numbers);
+      const Terms terms = Eigen::Map<const Terms>(row.data());
+      const auto [is_so, weight] = verdict_on(*sample);
+      const double share = 1 / (1 + std::exp(-factors.dot(terms)));
+      slope += weight * ((is_so ? 1 : 0) - share) * terms;
+      curvature += weight * share * (1 - share) * terms * terms.transpose();
+    }
+    factors += curvature.ldlt().solve(slope);
+  }
+  Eigen::Map<Terms>(model.factors.data()) = factors;
+}
+
 /// What large influences cost.
 inline constexpr double kPenaltyOfInfluences = 0.1;
 
@@ -205,6 +238,15 @@ inline void print_table_head(std::string_view include) {
       include);
 }
 
+/// A constant for an OddsModel.
+template <typename Model>
+void print_odds(const Model& model, std::string_view type, std::string_view name) {
+  fmt::print("inline constexpr {} {}{{{{{}}}, {{{}}}, {{{}}}}};\n", type, name, row_of(model.means),
+             row_of(model.deviations), row_of(model.factors));
+}
+
+inline void print_table_end() { fmt::print("\n// clang-format on\n\n}}  // namespace crease\n"); }
+
 /// Constants named kPREFIXFeatureMeans and so on, and the end of the file.
 template <typename Model>
 void print_table(const Fit<Model>& fit, std::string_view type, std::string_view prefix) {
@@ -219,7 +261,8 @@ void print_table(const Fit<Model>& fit, std::string_view type, std::string_view 
     fmt::print("{{{{{{{}}}}},{{{{{:.6g}}}}}}},\n", fmt::join(landmark.features, ","),
                fmt::join(landmark.influence, ","));
   }
-  fmt::print("}}}};\n\n// clang-format on\n\n}}  // namespace crease\n");
+  fmt::print("}}}};\n");
+  print_table_end();
 }
 
 }  // namespace crease::quality

@@ -36,7 +36,7 @@ constexpr std::size_t kRoundsOfFused = 10, kRoundsOfFusedParts = 4, kFirstSeedOf
 
 struct ScanSample : Sample<ScanModel> {
   std::string noise;  ///< a word of noise_models.h, "none", or "view" or "fused", perhaps with "-white" or "-none"
-  std::array<double, OddsModel::kNumbers> numbers{};
+  ScanOdds::Numbers numbers{};
 
   void read(std::istream& words) {
     words >> noise;
@@ -66,8 +66,8 @@ void print_measured(const TrainingModel& model, std::string_view kind, const Mes
   ChoiceReport report;
   errors.push_back(
       normal_error_deg(truth, choose_and_solve(surface_tried, mesh, {}, {}, solve, report, team).positions));
-  fmt::print("{} {:.5g} {} {} {:.5g} {:.4f}\n", kind, fmt::join(OddsModel::numbers_of(spectrum), " "), model.name,
-             model.family, fmt::join(try_scan(solver, mesh, spectrum), " "), fmt::join(errors, " "));
+  fmt::print("{} {:.5g} {} {} {:.5g} {:.4f}\n", kind, fmt::join(scan_numbers(spectrum), " "), model.name, model.family,
+             fmt::join(try_scan(solver, mesh, spectrum), " "), fmt::join(errors, " "));
   std::fflush(stdout);
 }
 
@@ -145,33 +145,19 @@ double gain_of_scan(const ScanSample& sample) {
          log_error(*std::min_element(sample.errors.begin(), sample.errors.end() - 1));
 }
 
-/// Newton's method. Samples weigh as much as there is to gain, those without gain alike.
-OddsModel fitted_odds(const std::vector<const ScanSample*>& samples, bool keeps) {
-  constexpr double kWorthwhile = 0.1, kWeightWithout = 0.3, kPenalty = 1;
-  OddsModel model;
+/// Samples weigh as much as there is to gain, those without gain alike.
+ScanOdds fitted_scan_odds(const std::vector<const ScanSample*>& samples, bool keeps) {
+  constexpr double kWorthwhile = 0.1, kWeightWithout = 0.3;
+  ScanOdds model;
   if (keeps) {
     model = kScanOdds;
   } else {
     standardise(samples, &ScanSample::numbers, model);
   }
-  constexpr auto kTerms = static_cast<Eigen::Index>(model.factors.size());
-  using Terms = Eigen::Matrix<double, kTerms, 1>;
-  Terms factors = Terms::Zero();
-  constexpr int kSteps = 30;
-  for (int step = 0; step < kSteps; ++step) {
-    Terms slope = -kPenalty * factors;
-    Eigen::Matrix<double, kTerms, kTerms> curvature = Eigen::Matrix<double, kTerms, kTerms>::Identity() * kPenalty;
-    for (const ScanSample* sample : samples) {
-      const auto numbers = model.terms_of(sample->numbers);
-      const Terms terms = Eigen::Map<const Terms>(numbers.data());
-      const double gain = gain_of_scan(*sample), odds = 1 / (1 + std::exp(-factors.dot(terms)));
-      const double weight = gain > kWorthwhile ? gain : kWeightWithout;
-      slope += weight * ((gain > kWorthwhile ? 1 : 0) - odds) * terms;
-      curvature += weight * odds * (1 - odds) * terms * terms.transpose();
-    }
-    factors += curvature.ldlt().solve(slope);
-  }
-  Eigen::Map<Terms>(model.factors.data()) = factors;
+  fit_odds(model, samples, &ScanSample::numbers, [](const ScanSample& sample) {
+    const double gain = gain_of_scan(sample);
+    return gain > kWorthwhile ? Verdict{true, gain} : Verdict{false, kWeightWithout};
+  });
   return model;
 }
 
@@ -191,13 +177,13 @@ std::vector<ScanSample> known_samples() {
     for (std::size_t i = 0; i < sample.errors.size(); ++i) {
       sample.errors[i] = std::exp(sample.errors[i] + kPenaltyOfInfluences * landmark.influence[i]);
     }
-    sample.numbers = OddsModel::numbers_of(spectrum_of(sample.features));
+    sample.numbers = scan_numbers(spectrum_of(sample.features));
   }
   return samples;
 }
 
 /// What is lost and won by kind of noise, families left out.
-void report_cost(const std::vector<ScanSample>& samples, const OddsModel& odds, const ScanModel* standards) {
+void report_cost(const std::vector<ScanSample>& samples, const ScanOdds& odds, const ScanModel* standards) {
   struct Sums {
     double count = 0, over_hindsight = 0, over_independent = 0, scans = 0, tried = 0;
   };
@@ -320,11 +306,10 @@ void write_scan_table(const std::vector<std::string>& files, bool keeps) {
   if (keeps) std::ranges::move(known_samples(), std::back_inserter(samples));
   const auto all = pointers_to(samples);
   const ScanModel* standards = keeps ? &kFittedScanModel : nullptr;
-  const OddsModel odds = fitted_odds(all, keeps);
+  const ScanOdds odds = fitted_scan_odds(all, keeps);
   report_cost(samples, odds, standards);
   print_table_head("core/choice/scan_error.h");
-  fmt::print("inline constexpr OddsModel kFittedOdds{{{{{}}}, {{{}}}, {{{}}}}};\n", row_of(odds.means),
-             row_of(odds.deviations), row_of(odds.factors));
+  print_odds(odds, "ScanOdds", "kFittedScanOdds");
   print_table(fitted<ScanModel>(all, standards), "ScanModel", "Scan");
 }
 

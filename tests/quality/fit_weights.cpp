@@ -131,7 +131,8 @@ void write_weight_table(const std::vector<std::string>& files) {
       "inline constexpr std::array<WeightModel::Errors, kFeatures> kWeightSlopes{{{{\n",
       row_of(model.means), row_of(model.deviations), row_of(model.mean_errors));
   for (const WeightModel::Errors& slopes : model.slopes) fmt::print("{},\n", row_of(slopes));
-  fmt::print("}}}};\n\n// clang-format on\n\n}}  // namespace crease\n");
+  fmt::print("}}}};\n");
+  print_table_end();
 }
 
 }  // namespace crease::quality

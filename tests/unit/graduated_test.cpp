@@ -252,7 +252,7 @@ TEST(NoiseSpectrum, IsFoundOnEveryMeshWhenItIsAskedFor) {
     const auto spectrum = find_correlated_noise(Surface(member.mesh, topology), true, alone);
     ASSERT_TRUE(spectrum) << member.name;
     EXPECT_TRUE(std::isfinite(spectrum->sigma())) << member.name;
-    for (const double number : OddsModel::numbers_of(*spectrum)) EXPECT_TRUE(std::isfinite(number)) << member.name;
+    for (const double number : scan_numbers(*spectrum)) EXPECT_TRUE(std::isfinite(number)) << member.name;
   }
 }
 
@@ -273,7 +273,7 @@ TEST(ErrorModel, WithAnExponentialKernelFallsWithTheDistance) {
   EXPECT_NEAR(model.expected({11, 20})[0], 0.5 + 0.25 * std::exp(-std::sqrt(0.5)), 1e-12);
 }
 
-TEST(OddsModel, SeesTheShapeOfASpectrumApartFromItsSize) {
+TEST(ScanOdds, SeesTheShapeOfASpectrumApartFromItsSize) {
   NoiseSpectrum spectrum, multiple;
   for (std::size_t k = 0; k < kTellingBands; ++k) {
     const double low = std::exp2(static_cast<double>(k));
@@ -281,7 +281,7 @@ TEST(OddsModel, SeesTheShapeOfASpectrumApartFromItsSize) {
     multiple.bands[k] = {7 * low, 14 * low, 21 * low, 28 * low};
   }
   spectrum.capture = multiple.capture = {0.1, 0.9, 0.8};
-  const auto numbers = OddsModel::numbers_of(spectrum), of_multiple = OddsModel::numbers_of(multiple);
+  const auto numbers = scan_numbers(spectrum), of_multiple = scan_numbers(multiple);
   constexpr std::size_t kSize = 2 * kTellingBands - 1;
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     EXPECT_NEAR(of_multiple[k] - numbers[k], k == kSize ? std::log(7) : 0, 1e-12);
