@@ -5,7 +5,7 @@
 namespace crease {
 
 bool is_clean(const Features& features) {
-  constexpr double kSure = 0.5;
+  constexpr double kSure = 0.55;
   return kFittedCleanModel.expected(features)[0] > kSure;
 }
 

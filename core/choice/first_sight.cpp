@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/choice/noise_direction.h"
 #include "core/choice/noise_level.h"
 
 namespace crease {
@@ -17,13 +18,6 @@ constexpr double kFarAbove = 1.5;            ///< the noise that quadrics see, w
 constexpr double kLeastIrregularity = 0.15;  ///< in ℓ; less would move vertices across creases
 /// With fewer, noise cannot be told from shape: the estimate takes coarse prisms for noise and flattens them.
 constexpr std::size_t kFewestVertices = 40;
-
-NoiseDirection direction_of(const NoiseLevel& level, double sigma) {
-  const double ratio = level.sigma_tangential / std::max(1e-9, sigma);
-  const bool folds = level.folded_share > 0.6 * level.sigma_tangential * level.sigma_tangential;
-  if (ratio > 0.72 && folds) return NoiseDirection::kIsotropic;
-  return ratio > 0.6 ? NoiseDirection::kUnsure : NoiseDirection::kNormal;
-}
 
 /// Deviation over all vertices of impulsive noise that spares most of them. Impulses beside others do not stand out
 /// alone, nor do weak ones.
@@ -41,7 +35,7 @@ double sigma_of(const LoneImpulses& impulses) {
 /// irregular sampling, which may have noise along the normals alone, has longer tails, or none.
 bool looks_like_noise_within(const NoiseLevel& level) {
   constexpr double kShortest = 2.9, kLongest = 4.2;
-  return level.tangential_tail > kShortest && level.tangential_tail < kLongest;
+  return level.within.tail() > kShortest && level.within.tail() < kLongest;
 }
 
 }  // namespace
@@ -80,18 +74,18 @@ FirstSight look_at(const Surface& surface, std::optional<double> sigma, std::opt
   const double estimate = sight.impulses_tell_sigma ? of_impulses : level.sigma;
   sight.sigma = sigma.value_or(is_estimable ? estimate : 0);
   sight.variance = std::max(kLeastVariance, sight.sigma * sight.sigma);
-  sight.direction = direction.value_or(direction_of(level, estimate));
+  sight.direction = direction.value_or(direction_of(kFittedDirectionOdds, direction_numbers(level, estimate)));
   sight.regular = level.folded_share < 0.02;
   sight.isotropic = sight.direction == NoiseDirection::kIsotropic;
-  sight.sigma_tangential = level.sigma_tangential;
+  sight.sigma_tangential = level.within.sigma;
   sight.folded_share = level.folded_share;
   if (sight.direction == NoiseDirection::kUnsure) sight.base.across = 2;
   sight.evens_sampling = sight.isotropic && looks_like_noise_within(level);
-  if (sight.isotropic) sight.base.across = sight.evens_sampling ? 1 : level.sigma_tangential > 0.22 ? 0.3F : 0.5F;
+  if (sight.isotropic) sight.base.across = sight.evens_sampling ? 1 : level.within.sigma > 0.22 ? 0.3F : 0.5F;
   sight.base.across_start = std::min(sight.regular ? 6.0F : 3.0F, sight.base.across);
   sight.base.fading_area_start = sight.regular ? 0.4F : 0.3F;
   if (sight.isotropic) sight.base.fold_weight = 10;
-  if (sight.isotropic && level.sigma_tangential > 0.3) sight.base.fold_area = 0.5F;
+  if (sight.isotropic && level.within.sigma > 0.3) sight.base.fold_area = 0.5F;
   return sight;
 }
 

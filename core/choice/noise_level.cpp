@@ -66,18 +66,32 @@ std::vector<std::uint8_t> surrounded_vertices(const Surface& surface) {
   return surrounded;
 }
 
-void look_within_surface(const Surface& surface, const std::vector<Vec3>& normals, const std::vector<Vec3>& ways,
-                         const std::vector<std::uint8_t>& surrounded, NoiseLevel& level) {
+WithinSurface look_within_surface(const Surface& surface, const std::vector<Vec3>& normals,
+                                  const std::vector<Vec3>& ways, const std::vector<std::uint8_t>& surrounded) {
   constexpr double kMedianOfSquares = 0.693;  // ln 2: of half the sum of two squared standard normals
+  std::vector<Vec3> parts(ways.size());
   std::vector<double> squares;
   for (std::size_t v = 0; v < ways.size(); ++v) {
     if (surrounded[v] == 0) continue;
+    parts[v] = ways[v] - ways[v].dot(normals[v]) * normals[v];
     const auto count = static_cast<double>(surface.topology.vertex_edges[v].size());
-    squares.push_back((ways[v] - ways[v].dot(normals[v]) * normals[v]).squaredNorm() / 2 / (1 + 1 / count));
+    squares.push_back(parts[v].squaredNorm() / 2 / (1 + 1 / count));
   }
+  WithinSurface within;
   const double median = quantile(squares, 0.5);
-  level.sigma_tangential = std::sqrt(median / kMedianOfSquares);
-  if (median > 0) level.tangential_tail = quantile(std::move(squares), 0.9) / median;
+  within.sigma = std::sqrt(median / kMedianOfSquares);
+  if (!(median > 0)) return within;
+  for (std::size_t k = 0; k < within.quantiles.size(); ++k) {
+    within.quantiles[k] = quantile(squares, WithinSurface::kShares[k]) / median;
+  }
+  double products = 0, own = 0;
+  for (const auto& [a, b] : surface.topology.edges) {
+    if (surrounded[a] == 0 || surrounded[b] == 0) continue;
+    products += parts[a].dot(parts[b]);
+    own += (parts[a].squaredNorm() + parts[b].squaredNorm()) / 2;
+  }
+  if (own > 0) within.alikeness = products / own;
+  return within;
 }
 
 LoneImpulses find_lone_impulses(const Surface& surface, const std::vector<Vec3>& normals, const std::vector<Vec3>& ways,
@@ -218,7 +232,7 @@ NoiseLevel estimate_noise_level(const Surface& surface, ThreadTeam& team) {
   level.folded_share = folded_share(surface, normals, team);
   const std::vector<Vec3> ways = ways_to_means(surface, team);
   const std::vector<std::uint8_t> surrounded = surrounded_vertices(surface);
-  look_within_surface(surface, normals, ways, surrounded, level);
+  level.within = look_within_surface(surface, normals, ways, surrounded);
   level.impulses = find_lone_impulses(surface, normals, ways, surrounded, team);
   const std::vector<FitVariance> fits = fit_quadrics(surface, normals, team);
   if (fits.size() >= kLeastFits) level.sigma = std::sqrt(pooled_variance(fits));

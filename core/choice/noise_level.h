@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "core/base/thread_team.h"
 #include "core/geometry/surface.h"
 
@@ -13,12 +15,25 @@ struct LoneImpulses {
   double rms = 0;    ///< how far they stand out
 };
 
+/// How vertices lie within the surface, beside the means of their neighbours. Noise in all directions shows here; so
+/// does irregular sampling.
+struct WithinSurface {
+  static constexpr std::array<double, 4> kShares{0.1, 0.25, 0.75, 0.9};
+
+  double sigma = 0;  ///< in each direction, as noise would have it
+  /// Quantiles of the squares at kShares, over the median: 0.15, 0.42, 2 and 3.3 for Gaussians.
+  std::array<double, kShares.size()> quantiles{};
+  /// Correlation of the ways from the means at both ends of an edge: -0.24 for noise on a regular mesh.
+  double alikeness = 0;
+
+  double tail() const { return quantiles.back(); }
+};
+
 /// What an upload says of its noise at first sight. Lengths in ℓ.
 struct NoiseLevel {
-  double sigma = 0;             ///< along the normals
-  double sigma_tangential = 0;  ///< within the surface, in each direction; irregular sampling counts as such
-  double tangential_tail = 0;   ///< 0.9 quantile of the squares that it is the median of, over that: 3.3 for Gaussians
-  double folded_share = 0;      ///< of faces that look against the smoothed normals around them
+  double sigma = 0;  ///< along the normals
+  WithinSurface within;
+  double folded_share = 0;  ///< of faces that look against the smoothed normals around them
   LoneImpulses impulses;
 };
 

@@ -12,6 +12,7 @@
 
 #include "tests/quality/error_fit.h"
 #include "tests/quality/fit_clean.h"
+#include "tests/quality/fit_direction.h"
 #include "tests/quality/fit_regressions.h"
 #include "tests/quality/fit_scans.h"
 #include "tests/quality/fit_second_look.h"
@@ -175,6 +176,10 @@ int main(int count, char** arguments) try {
       add_measure_of_models("measure-clean", "Prints features of meshes without noise and with little, a line each");
   CLI::App* clean_table =
       add_table("clean-table", "Prints core/choice/clean_table.h, and what is taken for clean to stderr");
+  CLI::App* directions =
+      add_measure_of_models("measure-directions", "Prints what tells the direction of noise, a mesh per line");
+  CLI::App* direction_table =
+      add_table("direction-table", "Prints core/choice/noise_direction_table.h, and how often it is right to stderr");
   CLI::App* scans =
       add_measure_of_models("measure-scans", "Prints features and errors of weights for scans, a pair per line");
   scans->add_option("--kind", of.kind, "Measure scans of this kind only")
@@ -205,6 +210,8 @@ int main(int count, char** arguments) try {
   if (second_table->parsed()) write_second_table(files);
   if (clean->parsed()) measure_clean(of);
   if (clean_table->parsed()) write_clean_table(files);
+  if (directions->parsed()) measure_directions(of);
+  if (direction_table->parsed()) write_direction_table(files);
   if (scans->parsed()) measure_scans(of);
   if (weights->parsed()) measure_weights(of);
   if (weight_table->parsed()) write_weight_table(files);

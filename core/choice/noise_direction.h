@@ -1,0 +1,23 @@
+#pragma once
+
+#include "core/choice/noise_level.h"
+#include "core/choice/odds_model.h"
+#include "core/choice/report.h"
+
+namespace crease {
+
+/// Odds that noise goes in all directions rather than along the normals.
+using DirectionOdds = OddsModel<9>;
+
+/// By how much what looks like noise within the surface falls short of the noise along the normals, and by how much it
+/// exceeds it, as logarithms; noise in all directions does hardly fall short. That noise; how many faces fold, for so
+/// much of it; what the sampling is like. `sigma` is the noise along the normals in ℓ.
+DirectionOdds::Numbers direction_numbers(const NoiseLevel& level, double sigma);
+
+/// Unsure where it is not clear that the noise is along the normals; to be unsure costs less than to be wrong.
+NoiseDirection direction_of(const DirectionOdds& model, const DirectionOdds::Numbers& numbers);
+
+/// Fitted on meshes with noise of all kinds (tests/quality/fit_direction.cpp).
+extern const DirectionOdds kFittedDirectionOdds;
+
+}  // namespace crease
