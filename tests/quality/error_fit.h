@@ -173,6 +173,25 @@ void fit_odds(Model& model, const std::vector<const AnySample*>& samples, Number
 /// What large influences cost.
 inline constexpr double kPenaltyOfInfluences = 0.1;
 
+/// The pairs that a model was fitted to, each of a family of its own, since their names are not in its table. The loss
+/// of each is what the model expects of it, plus the penalty times its influence.
+template <typename AnySample, typename Model>
+std::vector<AnySample> samples_known_to(const Model& model) {
+  std::vector<AnySample> samples;
+  for (const typename Model::Landmark& landmark : model.landmarks) {
+    AnySample& sample = samples.emplace_back();
+    sample.family = fmt::format("known{}", samples.size());
+    for (std::size_t k = 0; k < sample.features.size(); ++k) {
+      sample.features[k] = model.means[k] + model.deviations[k] * landmark.features[k] / Model::kStepsPerDeviation;
+    }
+    sample.errors = model.expected(sample.features);
+    for (std::size_t i = 0; i < sample.errors.size(); ++i) {
+      sample.errors[i] = std::exp(sample.errors[i] + kPenaltyOfInfluences * landmark.influence[i]);
+    }
+  }
+  return samples;
+}
+
 /// A model that expects `error_of(sample, method)`. It takes the means and deviations of its features from
 /// `standards`, if given.
 template <typename Model, typename AnySample, typename ErrorOf>

@@ -161,22 +161,11 @@ ScanOdds fitted_scan_odds(const std::vector<const ScanSample*>& samples, bool ke
   return model;
 }
 
-/// The pairs that the present table was fitted to. The loss of each is what the table expects of it, plus the penalty
-/// times its influence. Names and families are not in the table: each counts as a family of its own.
+/// The pairs that the present table was fitted to.
 std::vector<ScanSample> known_samples() {
-  const ScanModel& model = kFittedScanModel;
-  std::vector<ScanSample> samples;
-  for (const ScanModel::Landmark& landmark : model.landmarks) {
-    ScanSample& sample = samples.emplace_back();
+  auto samples = samples_known_to<ScanSample>(kFittedScanModel);
+  for (ScanSample& sample : samples) {
     sample.noise = "known";
-    sample.family = fmt::format("known{}", samples.size());
-    for (std::size_t k = 0; k < sample.features.size(); ++k) {
-      sample.features[k] = model.means[k] + model.deviations[k] * landmark.features[k] / ScanModel::kStepsPerDeviation;
-    }
-    sample.errors = model.expected(sample.features);
-    for (std::size_t i = 0; i < sample.errors.size(); ++i) {
-      sample.errors[i] = std::exp(sample.errors[i] + kPenaltyOfInfluences * landmark.influence[i]);
-    }
     sample.numbers = scan_numbers(spectrum_of(sample.features));
   }
   return samples;
@@ -208,6 +197,8 @@ void report_cost(const std::vector<ScanSample>& samples, const ScanOdds& odds, c
 }
 
 }  // namespace
+
+bool Part::takes(Noise noise) const { return noises.empty() || std::ranges::count(noises, word_of(noise)) > 0; }
 
 std::vector<TrainingModel> training_models(std::initializer_list<PairSet> sets,
                                            const std::vector<std::string>& folders) {
