@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
-#include <iterator>
 #include <map>
 #include <numeric>
 #include <span>
@@ -74,7 +73,6 @@ void measure_pairs(const Part& of) {
         recipe.noise != Noise::kCorrelated && recipe.noise != Noise::kDepth && recipe.noise != Noise::kFused;
     if (is_independent && recipe.level > 0) recipes.push_back(recipe);
   }
-  std::erase_if(recipes, [&](const PairRecipe& recipe) { return !of.takes(recipe.noise); });
   for (std::size_t i = of.part; i < recipes.size(); i += of.parts) {
     if (const std::optional<Pair> pair = build_pair(recipes[i], of.meshes)) print_measured(*pair, recipes[i].family);
   }
@@ -89,7 +87,6 @@ void measure_models(const std::string& folder, const Part& of) {
     const Mesh original = models[i].read();
     for (std::uint64_t k = 0; k < kPairsOfModel; ++k) {
       const auto& [noise, level] = noises[(7 * i + 5 * k) % noises.size()];
-      if (!of.takes(noise)) continue;
       const Mesh noisy = add_noise_of_kind(original, noise, level, kSeed + k);
       print_measured({fmt::format("{}-{}-{}", models[i].name(), word_of(noise), level), noise, level, original, noisy},
                      models[i].family());
@@ -131,18 +128,8 @@ void report_cost(const std::vector<SettingSample>& samples, const SettingModel& 
   }
 }
 
-/// Of the present table, whether nothing of the kind is measured anew where isotropic and impulsive noise are.
-bool is_kept(const SettingSample& sample) {
-  constexpr std::size_t kImpulsive = 2, kIsotropic = 3;  // features
-  constexpr double kHalf = 0.5;
-  return sample.features[kImpulsive] < kHalf && sample.features[kIsotropic] < kHalf;
-}
-
-void write_table(const std::vector<std::string>& files, bool keeps) {
-  auto samples = read_samples<SettingSample>(files);
-  if (keeps) {
-    std::ranges::copy_if(samples_known_to<SettingSample>(kFittedModel), std::back_inserter(samples), is_kept);
-  }
+void write_table(const std::vector<std::string>& files) {
+  const auto samples = read_samples<SettingSample>(files);
   const Fit<SettingModel> fit = fitted<SettingModel>(pointers_to(samples));
   report_cost(samples, fit.model);
   print_table_head("core/choice/expected_error.h");
@@ -181,12 +168,8 @@ int main(int count, char** arguments) try {
   measure->add_option("--meshes", of.meshes, "Folder of pairs with measured noise");
   measure->add_option("--models", of.models, "Measure the models of these folders in place of the training pairs")
       ->check(CLI::ExistingDirectory);
-  measure->add_option("--noise", of.noises, "Measure pairs with noise of these kinds only");
   CLI::App* table =
       add_table("table", "Prints core/choice/expected_error_table.h, and the cost of the choice to stderr");
-  bool keeps = false;
-  table->add_flag("--keep", keeps,
-                  "Fit to the pairs of the present table, too, but for those with isotropic or impulsive noise");
   CLI::App* second_table =
       add_table("second-table", "Prints core/choice/second_look_table.h, and the cost of the choice to stderr");
   CLI::App* clean =
@@ -203,6 +186,7 @@ int main(int count, char** arguments) try {
       ->check(CLI::IsMember({"views", "fused", "whole"}));
   CLI::App* scan_table =
       add_table("scan-table", "Prints core/choice/scan_error_table.h, and the cost of the choice to stderr");
+  bool keeps = false;
   scan_table->add_flag("--keep", keeps, "Fit to the pairs of the present table, too");
   CLI::App* weights =
       add_measure_of_models("measure-weights", "Prints features and errors of weights of the chosen setting");
@@ -222,7 +206,7 @@ int main(int count, char** arguments) try {
     if (of.models.empty()) measure_pairs(of);
     for (const std::string& folder : of.models) measure_models(folder, of);
   }
-  if (table->parsed()) write_table(files, keeps);
+  if (table->parsed()) write_table(files);
   if (second_table->parsed()) write_second_table(files);
   if (clean->parsed()) measure_clean(of);
   if (clean_table->parsed()) write_clean_table(files);

@@ -198,8 +198,6 @@ void report_cost(const std::vector<ScanSample>& samples, const ScanOdds& odds, c
 
 }  // namespace
 
-bool Part::takes(Noise noise) const { return noises.empty() || std::ranges::count(noises, word_of(noise)) > 0; }
-
 std::vector<TrainingModel> training_models(std::initializer_list<PairSet> sets,
                                            const std::vector<std::string>& folders) {
   std::vector<TrainingModel> models;

@@ -20,9 +20,6 @@ struct Part {
   std::string meshes;               ///< folder of pairs with measured noise
   std::vector<std::string> models;  ///< folders
   std::string kind;                 ///< of scans: views, fused, or whole; all of them if empty
-  std::vector<std::string> noises;  ///< words of the kinds of noise; all of them if empty
-
-  bool takes(Noise noise) const;
 };
 
 /// A mesh in a file. Those named alike but for what follows the last underscore are a family.
