@@ -9,9 +9,9 @@ namespace crease {
 /// Odds that noise goes in all directions rather than along the normals.
 using DirectionOdds = OddsModel<9>;
 
-/// By how much what looks like noise within the surface falls short of the noise along the normals, and by how much it
-/// exceeds it, as logarithms; noise in all directions does hardly fall short. That noise; how many faces fold, for so
-/// much of it; what the sampling is like. `sigma` is the noise along the normals in ℓ.
+/// What tells the direction: by how much the spread of vertices within the surface falls short of the noise along the
+/// normals, or exceeds it, as logarithms (of noise in all directions it hardly falls short); that noise; how many faces
+/// fold, for so much spread; and what the spread is like. `sigma` is the noise along the normals in ℓ.
 DirectionOdds::Numbers direction_numbers(const NoiseLevel& level, double sigma);
 
 /// Unsure where it is not clear that the noise is along the normals; to be unsure costs less than to be wrong.

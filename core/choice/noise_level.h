@@ -23,7 +23,7 @@ struct WithinSurface {
   double sigma = 0;  ///< in each direction, as noise would have it
   /// Quantiles of the squares at kShares, over the median: 0.15, 0.42, 2 and 3.3 for Gaussians.
   std::array<double, kShares.size()> quantiles{};
-  /// Correlation of the ways from the means at both ends of an edge: -0.24 for noise on a regular mesh.
+  /// Correlation of the ways from the means at both ends of an edge: −0.24 for noise on a regular mesh.
   double alikeness = 0;
 
   double tail() const { return quantiles.back(); }
