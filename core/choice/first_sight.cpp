@@ -74,7 +74,7 @@ FirstSight look_at(const Surface& surface, std::optional<double> sigma, std::opt
   const double estimate = sight.impulses_tell_sigma ? of_impulses : level.sigma;
   sight.sigma = sigma.value_or(is_estimable ? estimate : 0);
   sight.variance = std::max(kLeastVariance, sight.sigma * sight.sigma);
-  sight.direction = direction.value_or(direction_of(kFittedDirectionOdds, direction_numbers(level, estimate)));
+  sight.direction = direction.value_or(seen_direction(level, estimate));
   sight.regular = level.folded_share < 0.02;
   sight.isotropic = sight.direction == NoiseDirection::kIsotropic;
   sight.sigma_tangential = level.within.sigma;

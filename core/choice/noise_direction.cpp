@@ -33,6 +33,13 @@ NoiseDirection direction_of(const DirectionOdds& model, const DirectionOdds::Num
   return odds < kMostOfNormal ? NoiseDirection::kNormal : NoiseDirection::kUnsure;
 }
 
+NoiseDirection seen_direction(const NoiseLevel& level, double sigma) {
+  constexpr double kHardlyAnyFolds = 0.02, kMuchSpread = 0.6;
+  const NoiseDirection told = direction_of(kFittedDirectionOdds, direction_numbers(level, sigma));
+  const bool must_open = level.folded_share > kHardlyAnyFolds && level.within.sigma > kMuchSpread * sigma;
+  return told == NoiseDirection::kNormal && must_open ? NoiseDirection::kUnsure : told;
+}
+
 const DirectionOdds kFittedDirectionOdds = kFittedDirections;
 
 }  // namespace crease

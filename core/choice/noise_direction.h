@@ -17,6 +17,10 @@ DirectionOdds::Numbers direction_numbers(const NoiseLevel& level, double sigma);
 /// Unsure where it is not clear that the noise is along the normals; to be unsure costs less than to be wrong.
 NoiseDirection direction_of(const DirectionOdds& model, const DirectionOdds::Numbers& numbers);
 
+/// What is thought of an upload whose noise along the normals is `sigma`, in ℓ. Where faces fold and vertices spread
+/// within the surface, noise is never thought to be along the normals alone: thin faces must be free to open.
+NoiseDirection seen_direction(const NoiseLevel& level, double sigma);
+
 /// Fitted on meshes with noise of all kinds (tests/quality/fit_direction.cpp).
 extern const DirectionOdds kFittedDirectionOdds;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/choice/first_sight.h"
+#include "core/choice/noise_direction.h"
 #include "core/measure/noise.h"
 #include "tests/quality/noise_models.h"
 #include "tests/support/meshes.h"
@@ -72,6 +73,16 @@ TEST(NoiseDirection, IrregularSamplingIsNoNoiseInAllDirections) {
     square.positions[v].head<2>() = moved.positions[v].head<2>();
   }
   EXPECT_NE(direction_seen(add_noise(square, 0.4, 2, NoiseKind::kNormal)), NoiseDirection::kIsotropic);
+}
+
+TEST(NoiseDirection, ThinFacesThatFoldAreFreeToOpen) {
+  NoiseLevel level;
+  level.within = {.sigma = 0.8, .quantiles = {0.01, 0.07, 1.4, 1.5}, .alikeness = 0};
+  EXPECT_EQ(seen_direction(level, 0.2), NoiseDirection::kNormal);
+  level.folded_share = 0.25;
+  EXPECT_EQ(seen_direction(level, 0.2), NoiseDirection::kUnsure);
+  level.within.sigma = 0.05;  // strong noise along the normals of a regular mesh folds faces, too
+  EXPECT_EQ(seen_direction(level, 0.6), NoiseDirection::kNormal);
 }
 
 TEST(NoiseLevel, VerticesOfARegularMeshWithNoiseAreBesideTheMeansOfTheirNeighboursByChance) {
