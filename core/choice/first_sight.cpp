@@ -75,7 +75,7 @@ FirstSight look_at(const Surface& surface, std::optional<double> sigma, std::opt
   sight.sigma = sigma.value_or(is_estimable ? estimate : 0);
   sight.variance = std::max(kLeastVariance, sight.sigma * sight.sigma);
   sight.direction = direction.value_or(seen_direction(level, estimate));
-  sight.regular = level.folded_share < 0.02;
+  sight.regular = !level.has_folds();
   sight.isotropic = sight.direction == NoiseDirection::kIsotropic;
   sight.sigma_tangential = level.within.sigma;
   sight.folded_share = level.folded_share;

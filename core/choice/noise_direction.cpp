@@ -34,9 +34,9 @@ NoiseDirection direction_of(const DirectionOdds& model, const DirectionOdds::Num
 }
 
 NoiseDirection seen_direction(const NoiseLevel& level, double sigma) {
-  constexpr double kHardlyAnyFolds = 0.02, kMuchSpread = 0.6;
+  constexpr double kMuchSpread = 0.6;
   const NoiseDirection told = direction_of(kFittedDirectionOdds, direction_numbers(level, sigma));
-  const bool must_open = level.folded_share > kHardlyAnyFolds && level.within.sigma > kMuchSpread * sigma;
+  const bool must_open = level.has_folds() && level.within.sigma > kMuchSpread * sigma;
   return told == NoiseDirection::kNormal && must_open ? NoiseDirection::kUnsure : told;
 }
 

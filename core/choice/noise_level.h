@@ -35,6 +35,8 @@ struct NoiseLevel {
   WithinSurface within;
   double folded_share = 0;  ///< of faces that look against the smoothed normals around them
   LoneImpulses impulses;
+
+  bool has_folds() const { return folded_share >= 0.02; }  ///< more than hardly any
 };
 
 /// Noise along the normals from the residuals of quadrics fitted to two-rings (at most 4,000, evenly picked): the
