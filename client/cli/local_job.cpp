@@ -6,6 +6,7 @@
 
 #include "client/cli/failure.h"
 #include "client/cli/files.h"
+#include "core/base/heap.h"
 #include "core/base/stopwatch.h"
 #include "core/job.h"
 #include "proto/assembly.h"
@@ -32,6 +33,7 @@ LocalJob run_local_job(const std::filesystem::path& mesh, const std::string& for
                            "no value with --local, which keeps no jobs");
   }
   const std::uint32_t threads = to_options(resolve(parameters)).threads;
+  reserve_heap(half_of_memory());
   const std::string created_at = utc_now();
   const Stopwatch stopwatch;
   std::string bytes = read_file(mesh);

@@ -6,11 +6,13 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <fstream>
 #include <new>
 #include <string_view>
 #include <system_error>
 #include <vector>
 
+#include "core/base/heap.h"
 #include "proto/assembly.h"
 #include "proto/convert.h"
 #include "proto/error_table.h"
@@ -94,9 +96,21 @@ TaskFiles task_files(const v1::ComputeTask& task, const std::vector<Descriptor>&
   return files;
 }
 
+/// The address space of this process, in bytes.
+std::size_t address_space() {
+  std::size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  return pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
+
+/// Half of what the limit leaves beside the program: the rest is for stacks, files and a heap that grows further.
+void reserve_heap_within(std::size_t limit, std::size_t program) {
+  if (limit > program) crease::reserve_heap((limit - program) / 2);
+}
+
 /// Runs in the process of the task, which is confined before it reads the first byte of the upload.
 [[noreturn]] void run_task(const v1::ComputeTask& task, const std::vector<Descriptor>& received,
-                           const Confinement& confinement, pid_t parent) {
+                           const Confinement& confinement, std::size_t program, pid_t parent) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(1);
   ::close(STDIN_FILENO);
@@ -108,6 +122,7 @@ TaskFiles task_files(const v1::ComputeTask& task, const std::vector<Descriptor>&
     refuse(files.channel, error);
     ::_exit(0);
   }
+  reserve_heap_within(task.limits().memory_bytes(), program);
   compute(task, files);
   ::_exit(0);
 }
@@ -156,6 +171,7 @@ int run_compute() {
   const Confinement confinement;
   reserve_little();
   warm_up();
+  const std::size_t program = address_space();
   const pid_t self = ::getpid();
   ThreadBudget threads;
   v1::ComputeTask task;
@@ -163,7 +179,7 @@ int run_compute() {
   while (receive_message(kTasks, task, std::nullopt, &files) == Receipt::kMessage) {
     task.mutable_limits()->set_threads(threads.now());
     const pid_t child = ::fork();
-    if (child == 0) run_task(task, files, confinement, self);
+    if (child == 0) run_task(task, files, confinement, program, self);
     if (child < 0) {
       refuse(files.front().get(), {code::kProcessUnavailable, "cannot start a process: " + errno_text(errno)});
     }

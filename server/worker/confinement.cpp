@@ -24,10 +24,10 @@
 #include <system_error>
 #include <thread>
 
+#include "core/base/sanitized.h"
 #include "core/error.h"
 #include "server/base/durable_file.h"
 #include "server/base/failure.h"
-#include "server/worker/sanitized.h"
 
 namespace creased {
 namespace code = crease::code;
@@ -178,7 +178,7 @@ uid_t task_user() {
 /// without capabilities, the rest of the confinement has to do.
 void leave_root() {
   const uid_t user = task_user();
-  if (user == ::geteuid() || kSanitized) return;
+  if (user == ::geteuid() || crease::kSanitized) return;
   if (::setgroups(0, nullptr) != 0 || ::setgid(user) != 0 || ::setuid(user) != 0) return;
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a change of the user has cleared it
 }
@@ -219,7 +219,7 @@ std::uint64_t threads_of(uid_t user) {
 }  // namespace
 
 Confinement::Confinement() {
-  if (kSanitized) return;
+  if (crease::kSanitized) return;
   const Filter filter(::seccomp_init(SCMP_ACT_ERRNO(EPERM)), &::seccomp_release);
   if (filter == nullptr) throw failure("filter", ENOMEM);
   allow_computing(filter);
@@ -235,8 +235,8 @@ void Confinement::enter(const crease::v1::ComputeLimits& limits) const {
   limit(RLIMIT_NOFILE, kDescriptors);
   if (limits.file_bytes() > 0) limit(RLIMIT_FSIZE, limits.file_bytes());
   if (limits.cpu_seconds() > 0) limit(RLIMIT_CPU, limits.cpu_seconds(), limits.cpu_seconds() + 1);
-  if (limits.memory_bytes() > 0 && !kSanitized) limit(RLIMIT_AS, limits.memory_bytes());
-  if (limits.threads() > 0 && !kSanitized) lower(RLIMIT_NPROC, limits.threads());
+  if (limits.memory_bytes() > 0 && !crease::kSanitized) limit(RLIMIT_AS, limits.memory_bytes());
+  if (limits.threads() > 0 && !crease::kSanitized) lower(RLIMIT_NPROC, limits.threads());
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) throw failure("no new privileges", errno);
   if (::prctl(PR_SET_DUMPABLE, 0, 0, 0, 0) != 0) throw failure("no inspection by others", errno);
   if (program_.empty()) return;

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/sanitized.h"
 #include "server/worker/channel.h"
-#include "server/worker/sanitized.h"
 
 namespace creased {
 namespace code = crease::code;
@@ -51,8 +51,8 @@ Sandbox::Sandbox(const std::filesystem::path& executable, Ends channel, Ends err
                 .arguments = {"compute"},
                 .standard_streams = channel.second.get(),
                 // A sanitizer has its options in the environment and a lot to say.
-                .standard_error = kSanitized ? -1 : errors.second.get(),
-                .with_environment = kSanitized}),
+                .standard_error = crease::kSanitized ? -1 : errors.second.get(),
+                .with_environment = crease::kSanitized}),
       requests_(std::move(channel.first)),
       errors_(std::move(errors.first)) {}
 

@@ -1,5 +1,6 @@
 #include <benchmark/benchmark.h>
 
+#include "core/base/heap.h"
 #include "core/base/stopwatch.h"
 #include "core/io/decode.h"
 #include "core/measure/noise.h"
@@ -11,8 +12,9 @@ namespace crease::bench {
 namespace {
 
 /// Alternates bilateral normal filtering (20 normal and 10 vertex iterations) and the default method on a noisy
-/// fandisk, one thread each. `ratio` compares their times within one run.
+/// fandisk, one thread each, with the heap that the programs have. `ratio` compares their times within one run.
 void default_against_bilateral_normals(benchmark::State& state) {
+  reserve_heap(half_of_memory());
   const auto path = test::cgal_mesh("fandisk.off");
   if (!path) {
     state.SkipWithError("libcgal-demo is not installed");

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 
+#include "core/base/heap.h"
 #include "core/options/options.h"
 #include "tests/quality/contenders.h"
 #include "tests/quality/render.h"
@@ -181,6 +182,7 @@ int main(int argc, char** argv) {
   app.add_option("--threads", request.threads, "of core's methods");
   app.add_option("methods", request.methods, "see tests/quality/contenders.h");
   CLI11_PARSE(app, argc, argv);
+  crease::reserve_heap(crease::half_of_memory());
   try {
     run(request);
   } catch (const std::exception& error) {

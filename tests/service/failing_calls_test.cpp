@@ -8,8 +8,8 @@
 #include <cstdlib>
 #include <map>
 
+#include "core/base/sanitized.h"
 #include "server/base/durable_file.h"
-#include "server/worker/sanitized.h"
 #include "tests/service/service_fixture.h"
 #include "tests/support/store_audit.h"
 
@@ -64,7 +64,7 @@ const std::vector<std::string> kParts = {"/mesh.ply", "/labels.csv", "/ridges.js
 class FailingDisk : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (creased::kSanitized) GTEST_SKIP() << "a sanitizer has to be loaded before everything else";
+    if (crease::kSanitized) GTEST_SKIP() << "a sanitizer has to be loaded before everything else";
     start();
   }
   void TearDown() override {

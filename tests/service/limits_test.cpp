@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "server/worker/sanitized.h"
+#include "core/base/sanitized.h"
 #include "tests/service/service_fixture.h"
 #include "tests/support/key_file.h"
 
@@ -295,7 +295,7 @@ TEST(JobMemory, IsEstimatedForAdmissionAndForTheProcess) {
   const auto fits = server.submit(obj_text(cube(24)), "");
   EXPECT_EQ(server.wait_for_end(fits["id"].get<std::string>())["state"], "succeeded") << "within its own estimate";
 
-  if (creased::kSanitized) return;  // sanitizers reserve more address space than any limit
+  if (crease::kSanitized) return;  // sanitizers reserve more address space than any limit
   const auto small = server.submit(obj_text(icosphere(3)), "sweeps=10000");
   EXPECT_TRUE(eventually([&] {
     const auto limits = memory_limits_below(server.pid());

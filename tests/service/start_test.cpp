@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "server/worker/sanitized.h"
+#include "core/base/sanitized.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 
@@ -39,7 +39,7 @@ TEST(Start, WithoutEnoughThreadsTheServerSaysSoAndEnds) {
 }
 
 TEST(Start, WithoutEnoughMemoryTheServerSaysSoAndEnds) {
-  if (creased::kSanitized) GTEST_SKIP() << "sanitizers reserve more address space than any limit";
+  if (crease::kSanitized) GTEST_SKIP() << "sanitizers reserve more address space than any limit";
   // Enough to begin with, but not for the stacks of 1,500 threads.
   expect_refusal(start_within({"/usr/bin/prlimit", "--as=2000000000"}), "", "ulimit -v");
 }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "server/worker/sanitized.h"
+#include "core/base/sanitized.h"
 #include "tests/service/service_fixture.h"
 #include "tests/support/store_audit.h"
 
@@ -18,7 +18,7 @@ namespace {
 class ThreadLimits : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (creased::kSanitized) GTEST_SKIP() << "sanitizers start threads of their own";
+    if (crease::kSanitized) GTEST_SKIP() << "sanitizers start threads of their own";
     if (::geteuid() != 0) GTEST_SKIP() << "needs root, to run as a user without other processes";
     std::vector<std::string> probe = as_user_, command = as_user_;
     probe.insert(probe.end(), {CREASED_BIN, "--version"});

@@ -13,11 +13,11 @@
 #include <mutex>
 #include <thread>
 
+#include "core/base/sanitized.h"
 #include "core/job.h"
 #include "proto/convert.h"
 #include "server/base/durable_file.h"
 #include "server/base/failure.h"
-#include "server/worker/sanitized.h"
 #include "tests/support/meshes.h"
 #include "tests/support/server_process.h"
 #include "tests/support/store_support.h"
@@ -239,7 +239,7 @@ TEST_F(InspectorTest, AnUploadThatTakesTooLongIsRefusedAndTheNextIsServed) {
 }
 
 TEST_F(InspectorTest, AnUploadThatNeedsTooMuchMemoryFailsAndTheNextIsServed) {
-  if (kSanitized) GTEST_SKIP() << "sanitizers reserve more address space than any limit";
+  if (crease::kSanitized) GTEST_SKIP() << "sanitizers reserve more address space than any limit";
   auto small = options();
   small.processes = 1;
   small.memory_limit_mb = 512;

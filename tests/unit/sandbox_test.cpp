@@ -22,11 +22,11 @@
 #include <fstream>
 #include <thread>
 
+#include "core/base/sanitized.h"
 #include "proto/parameter_table.h"
 #include "server/base/failure.h"
 #include "server/worker/channel.h"
 #include "server/worker/confinement.h"
-#include "server/worker/sanitized.h"
 #include "tests/support/meshes.h"
 #include "tests/support/server_process.h"
 #include "tests/support/store_support.h"
@@ -68,7 +68,7 @@ bool succeeded(int status) { return WIFEXITED(status) && WEXITSTATUS(status) == 
 class ConfinementTest : public testing::Test {
  protected:
   void SetUp() override {
-    if (kSanitized) GTEST_SKIP() << "sanitizers need what the filter forbids";
+    if (crease::kSanitized) GTEST_SKIP() << "sanitizers need what the filter forbids";
   }
 };
 
@@ -319,7 +319,7 @@ TEST_F(SandboxTest, ATaskOverItsProcessorTimeIsLostByALimit) {
 }
 
 TEST_F(SandboxTest, StandardErrorIsAPipeAndTheEnvironmentIsEmpty) {
-  if (kSanitized) GTEST_SKIP() << "sanitizers have their options there";
+  if (crease::kSanitized) GTEST_SKIP() << "sanitizers have their options there";
   const Sandbox sandbox(CREASED_BIN);
   const std::string proc = "/proc/" + std::to_string(sandbox.process_id());
   EXPECT_THAT(fs::read_symlink(proc + "/fd/2").string(), testing::StartsWith("pipe:"));

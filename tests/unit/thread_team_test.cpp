@@ -8,7 +8,7 @@
 #include <fstream>
 #include <system_error>
 
-#include "server/worker/sanitized.h"
+#include "core/base/sanitized.h"
 
 namespace crease {
 namespace {
@@ -36,7 +36,7 @@ namespace {
 
 /// It once waited for the threads that it had got.
 TEST(ThreadTeamDeathTest, WithFewerThreadsThanItNeedsIsRefused) {
-  if (creased::kSanitized) GTEST_SKIP() << "sanitizers need the address space";
+  if (crease::kSanitized) GTEST_SKIP() << "sanitizers need the address space";
   EXPECT_EXIT(ask_for_more_threads_than_there_are(), testing::ExitedWithCode(0), "");
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 
-namespace creased {
+namespace crease {
 
 /// Whether this is a build with AddressSanitizer or ThreadSanitizer. They reserve more address space than any limit
-/// allows, and they open files and start threads, which the filter forbids.
+/// allows, and they open files and start threads, which the filter of confined processes forbids.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kSanitized = true;
 #elif defined(__has_feature)
@@ -12,4 +12,4 @@ inline constexpr bool kSanitized = __has_feature(address_sanitizer) || __has_fea
 inline constexpr bool kSanitized = false;
 #endif
 
-}  // namespace creased
+}  // namespace crease
