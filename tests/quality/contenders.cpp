@@ -5,18 +5,18 @@
 #include <stdexcept>
 
 #include "core/base/stopwatch.h"
+#include "core/job.h"
 #include "core/options/parameters.h"
-#include "core/smooth/smooth.h"
 #include "tests/quality/yardsticks.h"
 
 namespace crease::quality {
 namespace {
 
-Denoised run_core(const Pair& pair, const Topology& topology, const SmoothOptions& options) {
+/// What an upload comes to.
+Denoised run_core(const Pair& pair, const SmoothOptions& options) {
   RunContext context;
-  const Stopwatch stopwatch;
-  SmoothResult result = smooth(pair.noisy, topology, options, context);
-  return {std::move(result.positions), std::move(result.labels), stopwatch.seconds()};
+  JobOutput output = run_job(check_mesh(pair.noisy), options, context);
+  return {std::move(output.result.mesh.positions), std::move(output.result.labels), output.facts.seconds};
 }
 
 SmoothOptions parse_options(const std::string& text, std::uint32_t threads) {
@@ -103,8 +103,8 @@ Contender find_contender(const std::string& name, std::uint32_t threads) {
   }
   if (name == "bilateral-best") return {name, search_bilateral};
   if (name == "guided-best") return {name, search_guided};
-  return {name, [options = parse_options(name, threads)](const Pair& pair, const Topology& topology) {
-            return run_core(pair, topology, options);
+  return {name, [options = parse_options(name, threads)](const Pair& pair, const Topology&) {
+            return run_core(pair, options);
           }};
 }
 
