@@ -50,13 +50,10 @@ CREASE_WIDE_CLONES std::array<double, kHistory> dot_blocks(const float* a, const
   return products_of<kHistory>(a, b, count);
 }
 
-/// What a pair of a step and a change has to do with the newest: step · gradient, step · newest change, newest step ·
-/// change.
-CREASE_WIDE_CLONES std::array<double, 3> dot_pair(const float* step, const float* change, const float* gradient,
-                                                  const float* newest_step, const float* newest_change,
+/// step · gradient and step · change
+CREASE_WIDE_CLONES std::array<double, 2> dot_step(const float* step, const float* gradient, const float* change,
                                                   std::size_t count) {
-  const auto [with_gradient, with_change] = products_of<2>(step, {gradient, newest_change}, count);
-  return {with_gradient, with_change, products_of<1>(change, {newest_step}, count)[0]};
+  return products_of<2>(step, {gradient, change}, count);
 }
 
 /// Σ a_i² b_i
@@ -149,22 +146,20 @@ class Search {
   /// A step, and the change of the gradient over it.
   struct Pair {
     std::vector<float>*step = nullptr, *change = nullptr;
-    Products step_times_changes = Products::Zero();
-    double step_times_gradient = 0;  ///< the present gradient
-    double metric_scale = 1;         ///< of a diagonal metric, as this step tells it
+    Products step_times_changes = Products::Zero();  ///< its own change, and those of newer pairs
+    double step_times_gradient = 0;                  ///< the present gradient
+    double metric_scale = 1;                         ///< of a diagonal metric, as this step tells it
   };
 
   /// What a new pair has to do with the others.
   struct NewProducts {
     Products steps_times_gradient = Products::Zero();
     Products steps_times_change = Products::Zero();
-    Products step_times_changes = Products::Zero();
     double squared_change = 0, squared_in_metric = 0;
 
     NewProducts& operator+=(const NewProducts& other) {
       steps_times_gradient += other.steps_times_gradient;
       steps_times_change += other.steps_times_change;
-      step_times_changes += other.step_times_changes;
       squared_change += other.squared_change;
       squared_in_metric += other.squared_in_metric;
       return *this;
@@ -310,7 +305,6 @@ class Search {
       pairs_[k].step_times_changes[static_cast<Eigen::Index>(next_)] = products.steps_times_change[place];
     }
     Pair& pair = pairs_[next_];
-    pair.step_times_changes = products.step_times_changes;
     const double curvature = pair.step_times_changes[static_cast<Eigen::Index>(next_)];
     if (curvature > 1e-10 * products.squared_change) {
       pair.metric_scale = curvature / products.squared_in_metric;
@@ -333,11 +327,9 @@ class Search {
     for (std::size_t k = 0; k < kSlots; ++k) {
       if (k != next_ && !is_known(k)) continue;
       const auto place = static_cast<Eigen::Index>(k);
-      const auto [gradients, steps, changes] =
-          dot_pair(pairs_[k].step->data() + begin, pairs_[k].change->data() + begin, gradient, step, change, count);
-      products.steps_times_gradient[place] = gradients;
-      products.steps_times_change[place] = steps;
-      products.step_times_changes[place] = changes;
+      const auto [with_gradient, with_change] = dot_step(pairs_[k].step->data() + begin, gradient, change, count);
+      products.steps_times_gradient[place] = with_gradient;
+      products.steps_times_change[place] = with_change;
     }
     products.squared_change = dot_block(change, change, count);
     products.squared_in_metric = squared_in_metric(change, begin, count);
