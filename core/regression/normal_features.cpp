@@ -19,8 +19,17 @@ struct alignas(32) Average {
 };
 using Averages = std::vector<Average>;
 
-/// What a face and the faces next to it weigh in a round; the sum is 1.
-using RoundWeights = std::array<float, 4>;
+/// What eight faces weigh in a round, and the three faces next to each; the sum is 1.
+struct RoundWeights {
+  Lanes own;
+  LaneArray<3> others;
+};
+
+/// Of eight faces: areas, and of the faces next to each, across a side, areas and ‖n_i − n_j‖².
+struct Surroundings {
+  Lanes area;
+  LaneArray<3> areas, squares;
+};
 
 float length_of(const std::array<float, 3>& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
@@ -45,11 +54,30 @@ struct LaneAxes {
 CREASE_WIDE_CLONES void average(const FlatMesh& mesh, const std::vector<RoundWeights>& weights, const Averages& before,
                                 Averages& after, std::size_t begin, std::size_t end) {
   for (std::size_t f = begin; f < end; ++f) {
-    Lanes sum = weights[f][3] * before[f].normals;
+    const RoundWeights& of_block = weights[f / kLaneCount];
+    const std::size_t lane = f % kLaneCount;
+    Lanes sum = of_block.own[lane] * before[f].normals;
     for (std::size_t k = 0; k < 3; ++k) {
-      sum += weights[f][k] * before[static_cast<std::size_t>(mesh.neighbors[k][f])].normals;
+      sum += of_block.others[k][lane] * before[static_cast<std::size_t>(mesh.neighbors[k][f])].normals;
     }
     after[f].normals = sum;
+  }
+}
+
+/// What blocks of eight faces weigh, where `factor` of the squares is the exponent.
+CREASE_WIDE_CLONES void weigh_blocks(const std::vector<Surroundings>& surroundings, float factor,
+                                     std::vector<RoundWeights>& weights, std::size_t begin, std::size_t end) {
+  for (std::size_t block = begin; block < end; ++block) {
+    const Surroundings& around = surroundings[block];
+    RoundWeights& of_block = weights[block];
+    Lanes sum = around.area;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Lanes exponent = factor * around.squares[k];
+      of_block.others[k] = around.areas[k] * fast_exp(exponent > kLeastExponent ? exponent : kLeastExponent + Lanes{});
+      sum += of_block.others[k];
+    }
+    for (std::size_t k = 0; k < 3; ++k) of_block.others[k] /= sum;
+    of_block.own = around.area / sum;
   }
 }
 
@@ -102,8 +130,9 @@ class Gathering {
       : mesh_(mesh),
         team_(team),
         areas_(mesh.face_count),
-        weights_(mesh.face_count),
         features_(mesh.face_blocks()),
+        weights_(features_.size()),
+        surroundings_(features_.size()),
         axes_(features_.size()),
         normals_(NormalFeatures::kFaces * features_.size()) {
     for_each_face([&](std::size_t f) {
@@ -118,6 +147,7 @@ class Gathering {
         block_sum<double>(mesh.face_count, team, [&](std::size_t f) { return static_cast<double>(areas_[f]); }) /
         count);
     for_each_face([&](std::size_t f) { areas_[f] = std::max(areas_[f], kLeastShareOfArea * mean_area_); });
+    for_each_face([&](std::size_t f) { look_around(f); });
   }
 
   std::vector<NormalFeatures> gathered(std::span<const float> reference, const DescentSight& sight) {
@@ -215,37 +245,34 @@ class Gathering {
     return fast_log(ratios);
   }
 
+  void look_around(std::size_t face) {
+    Surroundings& around = surroundings_[face / NormalFeatures::kFaces];
+    const std::size_t lane = face % NormalFeatures::kFaces;
+    around.area[lane] = areas_[face];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto other = static_cast<std::size_t>(mesh_.neighbors[k][face]);
+      const HalfLanes turn = high(normals_[face].normals) - high(normals_[other].normals);
+      around.areas[k][lane] = other == face ? 0 : areas_[other];
+      around.squares[k][lane] = dot(turn, turn);
+    }
+  }
+
   void weigh(float width) {
     const float factor = -0.5F / (width * width);
-    for_each_face([&](std::size_t f) {
-      RoundWeights& weights = weights_[f];
-      Lanes squares{};
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto other = static_cast<std::size_t>(mesh_.neighbors[k][f]);
-        const HalfLanes turn = high(normals_[f].normals) - high(normals_[other].normals), products = turn * turn;
-        squares[k] = products[0] + products[1] + products[2];
-      }
-      const Lanes exponents = factor * squares,
-                  falls = fast_exp(exponents > kLeastExponent ? exponents : kLeastExponent + Lanes{});
-      float sum = areas_[f];
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto other = static_cast<std::size_t>(mesh_.neighbors[k][f]);
-        weights[k] = other == f ? 0 : areas_[other] * falls[k];
-        sum += weights[k];
-      }
-      for (std::size_t k = 0; k < 3; ++k) weights[k] /= sum;
-      weights[3] = areas_[f] / sum;
-    });
+    for_each_block(
+        [&](std::size_t begin, std::size_t end) { weigh_blocks(surroundings_, factor, weights_, begin, end); });
   }
 
   const FlatMesh& mesh_;
   ThreadTeam& team_;
   std::vector<float> areas_;
   float mean_area_ = 0;
-  std::vector<RoundWeights> weights_;
+  // Per block:
   std::vector<NormalFeatures> features_;
-  std::vector<LaneAxes> axes_;  ///< per block
-  Averages normals_;            ///< as many as there are lanes
+  std::vector<RoundWeights> weights_;
+  std::vector<Surroundings> surroundings_;
+  std::vector<LaneAxes> axes_;
+  Averages normals_;  ///< as many as there are lanes
 };
 
 }  // namespace
