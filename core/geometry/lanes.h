@@ -63,7 +63,11 @@ CREASE_LANES_INLINE HalfLanes sqrt(const HalfLanes& x) {
   return HalfLanes{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
 #endif
 }
-CREASE_LANES_INLINE Lanes sqrt(const Lanes& x) { return joined(sqrt(low(x)), sqrt(high(x))); }
+CREASE_LANES_INLINE Lanes sqrt(const Lanes& x) {
+  Lanes result;
+  for (int k = 0; k < 8; ++k) result[k] = __builtin_sqrtf(x[k]);
+  return result;
+}
 
 CREASE_LANES_INLINE float sum(const Lanes& x) {
   const HalfLanes halves = low(x) + high(x);

@@ -24,6 +24,9 @@ float mean_square_floor(const GraduatedOptions& options) {
   return static_cast<float>(kLeastVariance) * options.variance;
 }
 
+/// The multiple of a quarter nearest to `x`.
+float in_quarters(float x) { return std::round(4 * x) / 4; }
+
 }  // namespace
 
 GraduatedDescent::GraduatedDescent(const FlatMesh& mesh, std::span<const float> measured,
@@ -87,7 +90,7 @@ void GraduatedDescent::begin_stage(int stage) {
   const float time = std::min(1.0F, static_cast<float>(stage) / static_cast<float>(std::max(1, options_.stages - 2)));
   const PotentialFamily& family = options_.family;
   energy_.fading_area = geometric(options_.fading_area_start, kFadingAreaEnd, time);
-  energy_.exponent = family.exponent_start + (family.exponent_end - family.exponent_start) * time;
+  energy_.exponent = in_quarters(family.exponent_start + (family.exponent_end - family.exponent_start) * time);
   energy_.across = options_.across <= 1 ? options_.across
                                         : std::max(std::min(options_.across_start, options_.across),
                                                    std::pow(options_.across, std::max(0.0F, 1.5F * time - 0.5F)));

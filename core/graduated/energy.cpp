@@ -44,8 +44,8 @@ struct Quadratic {
 };
 struct SquareRoot {
   CREASE_LANES_INLINE PotentialValue operator()(const Lanes& q, const Lanes& stiffness, const Lanes& sharpness) const {
-    const Lanes root = sqrt(1 + q * sharpness);
-    return {stiffness * q / (root + 1), stiffness / root};
+    const Lanes root = sqrt(1 + q * sharpness), share = stiffness / (root * (root + 1));
+    return {share * root * q, share * (root + 1)};
   }
 };
 struct Logarithm {
@@ -55,13 +55,22 @@ struct Logarithm {
     return {u * inverse * fast_log(u), sharpness * inverse};
   }
 };
-struct Power {
-  explicit Power(float a) : inverse(1 / (2 - a)), half(a / 2 - 1), factor((2 - a) / a) {}
+/// Its label is a power a/2 − 1, a multiple of an eighth: by square roots, since a logarithm and an exponential take as
+/// long as all the rest of a face.
+struct Roots {
+  explicit Roots(float a) : eighths(static_cast<int>(8 - 4 * a)), inverse(1 / (2 - a)), factor((2 - a) / a) {}
   CREASE_LANES_INLINE PotentialValue operator()(const Lanes& q, const Lanes& stiffness, const Lanes& sharpness) const {
-    const Lanes u = 1 + q * sharpness * inverse, label = fast_exp(half * fast_log(u));
-    return {factor * stiffness / sharpness * (label * u - 1), stiffness * label};
+    const Lanes u = 1 + q * sharpness * inverse;
+    Lanes power = eighths >= 16 ? u * u : eighths >= 8 ? u : 1 + Lanes{}, root = u;  // u to so many eighths
+    for (int rest = eighths % 8; rest > 0; rest = 2 * rest % 8) {
+      root = sqrt(root);
+      if (rest >= 4) power *= root;
+    }
+    const Lanes share = stiffness / (sharpness * power);
+    return {factor * share * (u - power), sharpness * share};
   }
-  float inverse, half, factor;
+  int eighths;
+  float inverse, factor;
 };
 
 /// What `body` makes of the potential with exponent `a`.
@@ -70,7 +79,7 @@ CREASE_LANES_INLINE auto with_potential(float a, Body body) {
   if (a == 2) return body(Quadratic());
   if (a == 1) return body(SquareRoot());
   if (a == 0) return body(Logarithm());
-  return body(Power(a));
+  return body(Roots(a));
 }
 
 CREASE_LANES_INLINE LaneVectors gathered(const LaneRow* rows, const FaceTiles::Places& places) {

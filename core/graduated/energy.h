@@ -44,7 +44,7 @@ class GraduatedEnergy {
   GraduatedEnergy(const FlatMesh& mesh, std::span<const float> data);
 
   std::span<const float> measured;  ///< y
-  float exponent = 1;               ///< a, 0 to 2
+  float exponent = 1;               ///< a, −2 to 2, a multiple of a quarter
   float fading_area = 1e-3F;        ///< h: where a face's normal fades to zero; twice an area in ℓ²
   float likelihood = 1;             ///< A
   float across = 1;                 ///< t: cost of moving within the surface, relative to along its normal

@@ -5,8 +5,8 @@
 namespace crease {
 
 /// A potential and how it is graduated: its exponent goes from `exponent_start` to `exponent_end` while the descent
-/// anneals, its scale from 0.1 to `scale`. The scale of an edge grows with what its surroundings bend, so that one
-/// potential is sparse on flats and quadratic on curved parts:
+/// anneals, in steps of a quarter, its scale from 0.1 to `scale`. The scale of an edge grows with what its surroundings
+/// bend, so that one potential is sparse on flats and quadratic on curved parts:
 ///
 ///     c_e² = scale² + local_gain · local mean of q/(1 + q/ridge_cap),    w_e = |e| (0.1/c_e)^(weight_power − 1)
 struct PotentialFamily {
