@@ -1,18 +1,32 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace crease {
 
-/// The one of `values` that a share from 0 to 1 of the others is below; 0 for none.
+/// For each of the shares, from 0 to 1 and ascending, the one of `values` that this share of the others is below; 0 for
+/// none.
+template <typename Value, std::size_t count>
+std::array<double, count> quantiles(std::vector<Value> values, const std::array<double, count>& shares) {
+  std::array<double, count> found{};
+  if (values.empty()) return found;
+  auto first = values.begin();  // none before it is above any from it on
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto place = values.begin() + static_cast<std::ptrdiff_t>(shares[k] * static_cast<double>(values.size() - 1));
+    std::ranges::nth_element(first, place, values.end());
+    found[k] = static_cast<double>(*place);
+    first = place;
+  }
+  return found;
+}
+
 template <typename Value>
 double quantile(std::vector<Value> values, double share) {
-  if (values.empty()) return 0;
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, place);
-  return static_cast<double>(*place);
+  return quantiles(std::move(values), std::array{share})[0];
 }
 
 }  // namespace crease

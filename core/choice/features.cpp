@@ -76,7 +76,7 @@ class Description {
     const double count = std::max(1.0, static_cast<double>(bends_.size()));
     add(log_of(sum / count));
     add(log_of(stairs / count));
-    for (const double share : {0.25, 0.5, 0.75, 0.9, 0.97}) add(log_of(std::sqrt(quantile(bends_, share))));
+    for (const double bend : quantiles(bends_, std::array{0.25, 0.5, 0.75, 0.9, 0.97})) add(log_of(std::sqrt(bend)));
   }
 
   /// How much their lengths differ.
@@ -141,15 +141,15 @@ class Description {
       around[v] = sum / static_cast<float>(std::max<std::size_t>(1, mesh_.vertex_stencils[v].size()));
     }
     mesh_.diffuse(around, 2);
-    for (const double share : {0.5, 0.9}) add(log_of(quantile(around, share)));
+    const auto [low, half, high, most] = quantiles(around, std::array{1.0 / 3, 0.5, 2.0 / 3, 0.9});
+    add(log_of(half));
+    add(log_of(most));
     double evenness = 0;
     for (std::size_t e = 0; e < bends_.size(); ++e) {
       const float mean = (around[end_of(e, 0)] + around[end_of(e, 1)]) / 2;
       evenness += static_cast<double>(std::log((bends_[e] + kLeast) / (mean + kLeast)));
     }
     add(evenness / std::max(1.0, static_cast<double>(bends_.size())));
-    const auto low = static_cast<float>(quantile(around, 1.0 / 3)),
-               high = static_cast<float>(quantile(around, 2.0 / 3));
     std::array<double, 3> squares{}, counts{1, 1, 1};
     for (std::size_t v = 0; v < around.size(); ++v) {
       const std::size_t third = around[v] <= low ? 0 : around[v] < high ? 1 : 2;

@@ -81,9 +81,8 @@ WithinSurface look_within_surface(const Surface& surface, const std::vector<Vec3
   const double median = quantile(squares, 0.5);
   within.sigma = std::sqrt(median / kMedianOfSquares);
   if (!(median > 0)) return within;
-  for (std::size_t k = 0; k < within.quantiles.size(); ++k) {
-    within.quantiles[k] = quantile(squares, WithinSurface::kShares[k]) / median;
-  }
+  within.quantiles = quantiles(std::move(squares), WithinSurface::kShares);
+  for (double& square : within.quantiles) square /= median;
   double products = 0, own = 0;
   for (const auto& [a, b] : surface.topology.edges) {
     if (surrounded[a] == 0 || surrounded[b] == 0) continue;

@@ -95,8 +95,11 @@ class Spectrometer {
       ours.push_back(energies[v][0]);
       theirs.push_back(energies[v][1]);
     }
-    const auto ratio = [&](double share) { return quantile(ours, share) / (quantile(theirs, share) + 1e-300); };
-    return {std::max(kLeastDensity, ratio(0.1)), ratio(0.25), ratio(0.5), ratio(0.75)};
+    constexpr std::array kShares{0.1, 0.25, 0.5, 0.75};
+    std::array<double, kShares.size()> ratios = quantiles(std::move(ours), kShares);
+    const auto below = quantiles(std::move(theirs), kShares);
+    for (std::size_t k = 0; k < ratios.size(); ++k) ratios[k] /= below[k] + 1e-300;
+    return {std::max(kLeastDensity, ratios[0]), ratios[1], ratios[2], ratios[3]};
   }
 
   const LazyWalk& walk() const { return walk_; }

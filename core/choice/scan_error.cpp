@@ -32,10 +32,9 @@ std::array<double, 3> numbers_of_capture(const CaptureSigns& signs) {
 CaptureSigns capture_of(const ScanFeatures& features) { return {features[0], features[1], features[2]}; }
 
 /// Logarithms of the quantiles at kShares.
-std::array<double, kShares.size()> quantiles(std::span<const float> angles) {
-  const std::vector<float> all(angles.begin(), angles.end());
-  std::array<double, kShares.size()> result{};
-  for (std::size_t k = 0; k < kShares.size(); ++k) result[k] = log_of_degrees(quantile(all, kShares[k]));
+std::array<double, kShares.size()> log_quantiles(std::span<const float> angles) {
+  auto result = quantiles(std::vector<float>(angles.begin(), angles.end()), kShares);
+  for (double& angle : result) angle = log_of_degrees(angle);
   return result;
 }
 
@@ -81,7 +80,7 @@ ScanFeatures scan_features(std::span<const float> angles_measured, std::span<con
     for (const double density : {band.low, band.half, band.high}) *next++ = log_of(density);
   }
   const auto add_angles = [&](std::span<const float> angles) {
-    next = std::ranges::copy(quantiles(angles), next).out;
+    next = std::ranges::copy(log_quantiles(angles), next).out;
     *next++ = mean(angles);
   };
   add_angles(angles_measured);
