@@ -15,7 +15,7 @@
 namespace crease {
 namespace {
 
-constexpr std::size_t kReserved = 256U << 20U, kBlock = 64U << 20U;
+constexpr std::size_t kReserved = 256U << 20U, kLargeBlock = 64U << 20U;
 
 /// The flags of the mapping that `address` lies in.
 std::string flags_at(const void* address) {
@@ -55,8 +55,8 @@ TEST_F(HeapTest, WhatIsReservedTakesNoMemoryAndServesLargeBlocks) {
         const std::size_t before = resident_bytes();
         reserve_heap(kReserved);
         const void* const end_of_heap = ::sbrk(0);
-        void* const block = std::malloc(kBlock);
-        end(resident_bytes() < before + kBlock / 4 && block < end_of_heap && ::sbrk(0) == end_of_heap);
+        void* const block = std::malloc(kLargeBlock);
+        end(resident_bytes() < before + kLargeBlock / 4 && block < end_of_heap && ::sbrk(0) == end_of_heap);
       },
       testing::ExitedWithCode(0), "");
 }
@@ -66,9 +66,9 @@ TEST_F(HeapTest, WhatIsFreedStays) {
       {
         reserve_heap(kReserved);
         const void* const end_of_heap = ::sbrk(0);
-        void* const block = std::malloc(kBlock);
+        void* const block = std::malloc(kLargeBlock);
         std::free(block);
-        end(::sbrk(0) == end_of_heap && std::malloc(kBlock) == block);
+        end(::sbrk(0) == end_of_heap && std::malloc(kLargeBlock) == block);
       },
       testing::ExitedWithCode(0), "");
 }
@@ -78,8 +78,8 @@ TEST_F(HeapTest, AsksForHugePages) {
   EXPECT_EXIT(
       {
         reserve_heap(kReserved);
-        const auto* const block = static_cast<const char*>(std::malloc(kBlock));
-        end(flags_at(block + kBlock / 2).find(" hg ") != std::string::npos);
+        const auto* const block = static_cast<const char*>(std::malloc(kLargeBlock));
+        end(flags_at(block + kLargeBlock / 2).find(" hg ") != std::string::npos);
       },
       testing::ExitedWithCode(0), "");
 }
@@ -88,7 +88,7 @@ TEST_F(HeapTest, ThereIsAHeapWhereTheAddressSpaceIsNotToBeHad) {
   EXPECT_EXIT(
       {
         reserve_heap(std::size_t{1} << 60U);
-        end(std::malloc(kBlock) != nullptr);
+        end(std::malloc(kLargeBlock) != nullptr);
       },
       testing::ExitedWithCode(0), "");
 }
