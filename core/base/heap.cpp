@@ -4,26 +4,33 @@
 #include <sys/mman.h>
 #include <sys/sysinfo.h>
 
-#include <cstdint>
 #include <cstdlib>
+#include <memory>
 
 #include "core/base/sanitized.h"
 
 namespace crease {
+namespace {
+
+void set_allocator(int option, int value) {
+  ::mallopt(option, value);  // NOLINT(concurrency-mt-unsafe): before there are other threads
+}
+
+}  // namespace
 
 void reserve_heap(std::size_t bytes) {
   constexpr std::size_t kHugePage = 2U << 20U;
   constexpr int kNever = -1;
   if (kSanitized || bytes < 2 * kHugePage) return;
   // One block at the end of the one heap of all threads, which stays there when it is freed.
-  ::mallopt(M_ARENA_MAX, 1);
-  ::mallopt(M_MMAP_MAX, 0);
-  ::mallopt(M_TRIM_THRESHOLD, kNever);
-  void* block = std::malloc(bytes);
+  set_allocator(M_ARENA_MAX, 1);
+  set_allocator(M_MMAP_MAX, 0);
+  set_allocator(M_TRIM_THRESHOLD, kNever);
+  void* const block = std::malloc(bytes);
   if (block == nullptr) return;
-  const auto first = (reinterpret_cast<std::uintptr_t>(block) + kHugePage - 1) & ~(kHugePage - 1);
-  const std::size_t length = (bytes - kHugePage) & ~(kHugePage - 1);
-  ::madvise(reinterpret_cast<void*>(first), length, MADV_HUGEPAGE);
+  void* first = block;
+  std::align(kHugePage, kHugePage, first, bytes);
+  ::madvise(first, bytes / kHugePage * kHugePage, MADV_HUGEPAGE);
   std::free(block);
 }
 

@@ -141,7 +141,7 @@ v1::ComputeExit exit_of(pid_t task) {
 /// 128 MiB for its allocations, which have their limit in common.
 void reserve_little() {
   constexpr std::size_t kStack = 1U << 20U;
-  ::mallopt(M_ARENA_MAX, 1);
+  ::mallopt(M_ARENA_MAX, 1);  // NOLINT(concurrency-mt-unsafe): before there are other threads
   pthread_attr_t attributes;
   if (::pthread_attr_init(&attributes) != 0) return;
   if (::pthread_attr_setstacksize(&attributes, kStack) == 0) ::pthread_setattr_default_np(&attributes);
