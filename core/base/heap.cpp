@@ -3,8 +3,10 @@
 #include <malloc.h>
 #include <sys/mman.h>
 #include <sys/sysinfo.h>
+#include <unistd.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <memory>
 
 #include "core/base/sanitized.h"
@@ -32,6 +34,12 @@ void reserve_heap(std::size_t bytes) {
   std::align(kHugePage, kHugePage, first, bytes);
   ::madvise(first, bytes / kHugePage * kHugePage, MADV_HUGEPAGE);
   std::free(block);
+}
+
+std::size_t address_space() {
+  std::size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  return pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 }
 
 std::size_t half_of_memory() {

@@ -8,10 +8,12 @@ namespace crease {
 /// there for later. No memory is taken before it is used; beyond `bytes` the heap grows as usual. Where so much address
 /// space is not to be had, nothing is reserved.
 ///
-/// For a process that does one job and ends, before it has other threads. The arrays of a large mesh are read and
-/// written here and there, so that small pages cost a miss of the address cache at every step, and arrays that come and
-/// go cost a fault for every page anew.
+/// For a process that does one job and ends, before it has other threads. A large mesh is read here and there: with
+/// small pages most accesses miss the TLB, and each array that comes and goes costs a page fault for every page.
 void reserve_heap(std::size_t bytes);
+
+/// The address space that this process has taken, in bytes.
+std::size_t address_space();
 
 /// Half of the memory of this machine, in bytes: what a job alone on it may reserve.
 std::size_t half_of_memory();

@@ -24,6 +24,7 @@ std::array<double, count> quantiles(std::vector<Value> values, const std::array<
   return found;
 }
 
+/// The same for one share.
 template <typename Value>
 double quantile(std::vector<Value> values, double share) {
   return quantiles(std::move(values), std::array{share})[0];

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <fstream>
 #include <new>
 #include <string_view>
 #include <system_error>
@@ -96,13 +95,6 @@ TaskFiles task_files(const v1::ComputeTask& task, const std::vector<Descriptor>&
   return files;
 }
 
-/// The address space of this process, in bytes.
-std::size_t address_space() {
-  std::size_t pages = 0;
-  std::ifstream("/proc/self/statm") >> pages;
-  return pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
-}
-
 /// Half of what the limit leaves beside the program: the rest is for stacks, files and a heap that grows further.
 void reserve_heap_within(std::size_t limit, std::size_t program) {
   if (limit > program) crease::reserve_heap((limit - program) / 2);
@@ -171,7 +163,7 @@ int run_compute() {
   const Confinement confinement;
   reserve_little();
   warm_up();
-  const std::size_t program = address_space();
+  const std::size_t program = crease::address_space();
   const pid_t self = ::getpid();
   ThreadBudget threads;
   v1::ComputeTask task;

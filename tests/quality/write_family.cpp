@@ -1,19 +1,18 @@
 #include <fmt/format.h>
 #include <fmt/os.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 
 #include "tests/support/meshes.h"
 
-/// Writes the mesh family of the tests as OBJ files into a folder: write_family FOLDER
 int main(int count, char** arguments) try {
-  if (count != 2) {
-    fmt::print(stderr, "usage: write_family FOLDER\n");
-    return 2;
-  }
-  const std::filesystem::path folder = arguments[1];
+  CLI::App app("Writes the mesh family of the tests as OBJ files into a folder");
+  std::filesystem::path folder;
+  app.add_option("folder", folder, "is made where it is not there")->required();
+  CLI11_PARSE(app, count, arguments);
   std::filesystem::create_directories(folder);
   for (const crease::test::NamedMesh& named : crease::test::mesh_family()) {
     auto file = fmt::output_file((folder / (named.name + ".obj")).string());

@@ -101,7 +101,7 @@ const std::string& noisy_part() {
 /// So many sweeps, or as many as take about as long where a sanitizer watches them.
 std::string sweeps(int count) {
   constexpr int kSlowerBy = 10;
-  return "sweeps=" + std::to_string(crease::kSanitized ? count / kSlowerBy : count);
+  return "sweeps=" + std::to_string(kSanitized ? count / kSlowerBy : count);
 }
 
 const std::vector<std::string> kRuns = {sweeps(900) + "&threads=1", sweeps(400) + "&process=face&threads=2",
@@ -133,7 +133,7 @@ class Killer {
 
   /// False: there is no job left to be disturbed. Otherwise whom to kill.
   bool wait_for_a_moment() {
-    const auto further = std::uniform_int_distribution<int>(1, crease::kSanitized ? 6 : 60)(random_);
+    const auto further = std::uniform_int_distribution<int>(1, kSanitized ? 6 : 60)(random_);
     std::string id;
     int from = -1;
     bool left = true;

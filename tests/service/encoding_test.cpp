@@ -31,7 +31,7 @@ class Encoding : public ::testing::Test {
 
 // Its peak while results of some 10 MB are made and sent stays below what one of them would take.
 TEST_F(Encoding, TheServerDoesNotGrowWithTheResultsThatItSends) {
-  if (crease::kSanitized) GTEST_SKIP() << "sanitizers keep memory that was freed";
+  if (kSanitized) GTEST_SKIP() << "sanitizers keep memory that was freed";
   const std::string path = submit_large();
   const std::size_t before = status_kb(server_.pid(), "VmRSS");
   std::ofstream("/proc/" + std::to_string(server_.pid()) + "/clear_refs") << "5";  // the peak begins anew

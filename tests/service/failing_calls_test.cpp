@@ -64,7 +64,7 @@ const std::vector<std::string> kParts = {"/mesh.ply", "/labels.csv", "/ridges.js
 class FailingDisk : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (crease::kSanitized) GTEST_SKIP() << "a sanitizer has to be loaded before everything else";
+    if (kSanitized) GTEST_SKIP() << "a sanitizer has to be loaded before everything else";
     start();
   }
   void TearDown() override {

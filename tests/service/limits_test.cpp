@@ -295,7 +295,7 @@ TEST(JobMemory, IsEstimatedForAdmissionAndForTheProcess) {
   const auto fits = server.submit(obj_text(cube(24)), "");
   EXPECT_EQ(server.wait_for_end(fits["id"].get<std::string>())["state"], "succeeded") << "within its own estimate";
 
-  if (crease::kSanitized) return;  // sanitizers reserve more address space than any limit
+  if (kSanitized) return;  // sanitizers reserve more address space than any limit
   const auto small = server.submit(obj_text(icosphere(3)), "sweeps=10000");
   EXPECT_TRUE(eventually([&] {
     const auto limits = memory_limits_below(server.pid());

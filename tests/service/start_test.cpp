@@ -39,7 +39,7 @@ TEST(Start, WithoutEnoughThreadsTheServerSaysSoAndEnds) {
 }
 
 TEST(Start, WithoutEnoughMemoryTheServerSaysSoAndEnds) {
-  if (crease::kSanitized) GTEST_SKIP() << "sanitizers reserve more address space than any limit";
+  if (kSanitized) GTEST_SKIP() << "sanitizers reserve more address space than any limit";
   // Enough to begin with, but not for the stacks of 1,500 threads.
   expect_refusal(start_within({"/usr/bin/prlimit", "--as=2000000000"}), "", "ulimit -v");
 }

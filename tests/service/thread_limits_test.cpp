@@ -18,7 +18,7 @@ namespace {
 class ThreadLimits : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (crease::kSanitized) GTEST_SKIP() << "sanitizers start threads of their own";
+    if (kSanitized) GTEST_SKIP() << "sanitizers start threads of their own";
     if (::geteuid() != 0) GTEST_SKIP() << "needs root, to run as a user without other processes";
     std::vector<std::string> probe = as_user_, command = as_user_;
     probe.insert(probe.end(), {CREASED_BIN, "--version"});

@@ -5,9 +5,9 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <system_error>
 
+#include "core/base/heap.h"
 #include "core/base/sanitized.h"
 
 namespace crease {
@@ -18,11 +18,7 @@ namespace {
 [[noreturn]] void ask_for_more_threads_than_there_are() {
   constexpr unsigned kLongestWait = 60;
   constexpr rlim_t kRoom = 30U << 20U, kStack = 8U << 20U;
-  std::ifstream file("/proc/self/statm");
-  rlim_t pages = 0;
-  file >> pages;
-  const rlimit stack{kStack, RLIM_INFINITY},
-      room{pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + kRoom, RLIM_INFINITY};
+  const rlimit stack{kStack, RLIM_INFINITY}, room{address_space() + kRoom, RLIM_INFINITY};
   ::setrlimit(RLIMIT_STACK, &stack);
   ::setrlimit(RLIMIT_AS, &room);
   ::alarm(kLongestWait);
@@ -36,7 +32,7 @@ namespace {
 
 /// It once waited for the threads that it had got.
 TEST(ThreadTeamDeathTest, WithFewerThreadsThanItNeedsIsRefused) {
-  if (crease::kSanitized) GTEST_SKIP() << "sanitizers need the address space";
+  if (kSanitized) GTEST_SKIP() << "sanitizers need the address space";
   EXPECT_EXIT(ask_for_more_threads_than_there_are(), testing::ExitedWithCode(0), "");
 }
 
